@@ -233,7 +233,7 @@ fn without_a_camera_its_nodes_are_skipped_or_it_is_an_error() {
     assert_eq!(skipped[0].why, "nothing arrives at its input `camera`");
     let error = host.frame(&[("camera", &data)]).expect_err("`light` is not optional").to_string();
     assert_eq!(error, "no Camera was given for input `light`: set it in `Frame::blocks`");
-    let given = HostInputs::nothing(SIZE);
+    let given = HostInputs::none(SIZE);
     assert!(host.post.plan_for(given).is_err());
 }
 

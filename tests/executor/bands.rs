@@ -12,8 +12,8 @@ use afterimage_gpu::{BandReader, BandStats, BandWriter, FrameStep, Gpu, Opening,
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_plan::{
-    Alias, BandLimits, Caps, GivenImage, Halos, HostInputs, HostLimits, Options, Parts, Plan, PlanError, PlanRequest,
-    Requirement, When, plan_without_tables,
+    Alias, BandLimits, Caps, Halos, HostImageDesc, HostInputs, HostLimits, Options, Parts, Plan, PlanError,
+    PlanRequest, Requirement, When, plan_without_tables,
 };
 use afterimage_wgsl::{BandedModule, banded};
 
@@ -300,10 +300,10 @@ fn what_cannot_be_made_in_bands_is_told() {
 fn gigapixel(name: &str) -> Plan {
     let graph = built_in(name, None);
     let size = Size::new(32768, 32768);
-    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
     let (storage, max_side) = (Format::ALL.into(), u32::MAX);
     let request = PlanRequest {
-        given: HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image),
+        given: HostInputs::all(size, graph.inputs.iter().filter(|input| !input.optional), image),
         facts: Facts::default(),
         caps: Caps { storage, max_side, fast_workgroup_memory: true, ..Caps::default() },
         options: Options { alias: Alias::None, ..Options::default() },

@@ -11,7 +11,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, ImageDesc};
 use afterimage_graph::node::{Input, NodeKind, Pass, PortType, Registry, WarpPart};
 use afterimage_graph::value::{Param, Type};
-use afterimage_plan::{Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement};
+use afterimage_plan::{Alias, Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement};
 
 use super::{bits, lively};
 use crate::support::gpu::{Picture, Run, registry};
@@ -182,10 +182,10 @@ fn value(param: &Param, rng: &mut Rng) -> Option<String> {
 /// True if the graph can be planned at an odd size.
 fn plans(graph: &Graph) -> bool {
     let size = afterimage_graph::image::Size::new(53, 37);
-    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(size), finite: false };
     let inputs = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let request = PlanRequest {
-        given: HostInputs { inputs, ..HostInputs::nothing(size) },
+        given: HostInputs { inputs, ..HostInputs::none(size) },
         facts: Default::default(),
         caps: Caps::default(),
         options: Options::default(),

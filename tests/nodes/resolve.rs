@@ -6,7 +6,7 @@ use afterimage_gpu::{Frame, Gpu, download};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId};
-use afterimage_plan::{GivenImage, HostInputs, PlanError};
+use afterimage_plan::{HostImageDesc, HostInputs, PlanError};
 
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::harness::Nodes;
@@ -189,8 +189,8 @@ fn samples_that_do_not_fit_are_errors() {
     drop(gpu);
     let given = |samples: u32| {
         let desc = afterimage_graph::image::ImageDesc::new(Size::new(SIZE, SIZE)).multisampled(samples);
-        let inputs = [("in".to_owned(), GivenImage { desc, finite: false })].into();
-        HostInputs { inputs, ..HostInputs::nothing(desc.size) }
+        let inputs = [("in".to_owned(), HostImageDesc { desc, finite: false })].into();
+        HostInputs { inputs, ..HostInputs::none(desc.size) }
     };
     let planned = |samples: u32| {
         let gpu = crate::support::gpu::gpu();

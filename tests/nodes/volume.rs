@@ -7,7 +7,7 @@ use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{GivenImage, HostInputs, PlanError};
+use afterimage_plan::{HostImageDesc, HostInputs, PlanError};
 
 use super::camera::depths;
 use super::color::light;
@@ -164,13 +164,13 @@ fn what_is_no_volume_or_another_one_is_an_error() {
     assert!(error.contains("it is a 3-D texture: declare the input as `volume: true`"), "{error}");
     drop(gpu);
     let planned = |input: &str, volume: bool| {
-        let float = |desc: ImageDesc| GivenImage { desc: desc.format(Format::Rgba32Float), finite: false };
+        let float = |desc: ImageDesc| HostImageDesc { desc: desc.format(Format::Rgba32Float), finite: false };
         let desc = ImageDesc { volume, ..ImageDesc::new(Size::volume(4, 1, 1)) };
         let mut inputs: std::collections::BTreeMap<_, _> =
             ["in", "depth"].map(|name| (name.to_owned(), float(ImageDesc::new(Size::new(4, 4))))).into();
         inputs.insert("fog".into(), float(ImageDesc::volume(Size::volume(4, 4, 2))));
         inputs.insert(input.into(), float(desc));
-        let given = HostInputs { inputs, ..HostInputs::nothing(Size::new(4, 4)) };
+        let given = HostInputs { inputs, ..HostInputs::none(Size::new(4, 4)) };
         let gpu = crate::support::gpu::gpu();
         Run::new(&graph).session(&gpu).post().plan_for(given)
     };

@@ -3,7 +3,7 @@
 use afterimage::FrameKind;
 use afterimage::host::kinds::{AutoExposure, Curve, Encode, Exposure, Histogram, ToneMap, Transfer, WhiteBalance};
 use afterimage::host::{FrameStep, ImageDesc, Size};
-use afterimage::offline::{ComponentType, Encoding, GivenImage, Offline, OfflineFrame, Rendered};
+use afterimage::offline::{ComponentType, Encoding, Offline, OfflineFrame, OfflineImage, Rendered};
 use afterimage::{Pipeline, Source};
 use afterimage_gpu::Texels;
 
@@ -31,7 +31,7 @@ fn open(stops: &str) -> Offline {
 
 fn frame(look: &mut Offline) -> Rendered {
     let texels = scene_texels(Size::new(96, 54));
-    let images = &[GivenImage { input: "scene", desc: texels.desc, bytes: &texels.bytes }];
+    let images = &[OfflineImage { input: "scene", desc: texels.desc, bytes: &texels.bytes }];
     let frame = OfflineFrame { images, values: &["metered"], ..OfflineFrame::default() };
     look.render(&frame).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -104,7 +104,7 @@ fn a_sequence_goes_on_until_a_first_frame() {
     let (mut look, bright) = (Offline::open("exposure").unwrap(), scene_texels(Size::new(32, 18)));
     let dark = Texels::from_floats_as_half(32, 18, &[[0.01, 0.01, 0.01, 1.0]; 32 * 18]);
     let mut metered = |texels: &Texels, step: FrameStep| {
-        let scene = GivenImage { input: "scene", desc: texels.desc, bytes: &texels.bytes };
+        let scene = OfflineImage { input: "scene", desc: texels.desc, bytes: &texels.bytes };
         let frame = OfflineFrame { images: &[scene], step, values: &["meter"], ..OfflineFrame::default() };
         look.render(&frame).unwrap().values[0].expect("the meter has a value")[0]
     };
@@ -134,7 +134,7 @@ fn what_does_not_fit_is_an_error_and_changes_nothing() {
     }
     let texels = scene_texels(Size::new(8, 4));
     let mut refused = |input: &str, desc: ImageDesc, bytes: &[u8], text: &str| {
-        let images = &[GivenImage { input, desc, bytes }];
+        let images = &[OfflineImage { input, desc, bytes }];
         let Err(error) = look.render(&OfflineFrame { images, ..OfflineFrame::default() }) else { panic!("{text}") };
         assert!(error.to_string().contains(text), "{text}: {error}");
     };

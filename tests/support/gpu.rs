@@ -8,7 +8,7 @@ use afterimage_graph::check::{CheckOptions, Checker, Facts, Graph, Loader, NoFil
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, NodeKind, Registry};
-use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
+use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan};
 
 use super::sequence::Sequence;
 
@@ -220,11 +220,11 @@ impl<'a> Run<'a> {
     /// The plan for these pictures.
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
         let given = |name: &str, picture: &Picture| {
-            (name.to_owned(), GivenImage { desc: self.texels(name, picture).desc, finite: false })
+            (name.to_owned(), HostImageDesc { desc: self.texels(name, picture).desc, finite: false })
         };
         let given = inputs.iter().map(|(name, picture)| given(name, picture)).collect();
         let blocks = self.blocks.iter().map(|(name, _)| name.clone()).collect();
-        let given = HostInputs { inputs: given, blocks, ..HostInputs::nothing(self.size_for(inputs)) };
+        let given = HostInputs { inputs: given, blocks, ..HostInputs::none(self.size_for(inputs)) };
         let plan = self.session(gpu).post().plan_for(given);
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }

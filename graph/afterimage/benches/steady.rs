@@ -16,7 +16,7 @@ use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{GivenImage, HostInputs, PlanRequest, plan};
+use afterimage_plan::{HostImageDesc, HostInputs, PlanRequest, plan};
 use counting::{Counting, HOST, OURS, THEIRS, counted};
 
 const WARM_UP: u32 = 8;
@@ -111,8 +111,8 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
     let requirement = |desc: &ImageDesc| executor.requirement(desc);
     let setting = PlanRequest {
         given: HostInputs {
-            inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
-            ..HostInputs::nothing(size)
+            inputs: [("scene".to_owned(), HostImageDesc { desc: ImageDesc::new(size), finite: false })].into(),
+            ..HostInputs::none(size)
         },
         facts: Default::default(),
         caps: gpu.caps.clone(),

@@ -12,7 +12,7 @@ use std::slice;
 
 use afterimage::FrameKind;
 use afterimage::host::{Camera, FrameStep, ImageDesc, Matrix, Size};
-use afterimage::offline::{ComponentType, Encoding, GivenImage, Offline, OfflineFrame, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, Offline, OfflineFrame, OfflineImage, RenderedImage, format_of};
 
 use error::{Fault, guarded};
 
@@ -341,7 +341,7 @@ unsafe fn with(
 ///
 /// # Safety
 /// Pointers are null or valid, and images have as many numbers as they say.
-unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> {
+unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<OfflineImage<'_>>, Fault> {
     // SAFETY: what the caller promises.
     let images = unsafe { array(frame.images, frame.image_count, "images") }?;
     let given = |image: &AfterimageImage| {
@@ -372,7 +372,7 @@ unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> 
         };
         // SAFETY: the same.
         let bytes = unsafe { slice::from_raw_parts(image.numbers.cast::<u8>(), length.unsigned_abs()) };
-        Ok(GivenImage { input, desc: desc.format(format), bytes })
+        Ok(OfflineImage { input, desc: desc.format(format), bytes })
     };
     images.iter().map(given).collect()
 }

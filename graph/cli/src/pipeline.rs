@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, list, quote};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
@@ -147,7 +147,7 @@ pub(crate) fn request<'a>(
     caps: Caps,
     requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
 ) -> PlanRequest<'a> {
-    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
-    let given = HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image);
+    let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
+    let given = HostInputs::all(size, graph.inputs.iter().filter(|input| !input.optional), image);
     PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement }
 }

@@ -13,7 +13,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, PlanRequest, Requirement, plan};
 
 const SIZES: [usize; 3] = [1000, 4000, 10_000];
 const FRAME: Size = Size { width: 3840, height: 2160, depth: 1 };
@@ -71,11 +71,11 @@ fn code(errors: &Diagnostics) -> &'static str {
 
 /// Plans; the number of passes, or the error.
 fn planned(graph: &Graph) -> String {
-    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
         given: HostInputs {
             inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
-            ..HostInputs::nothing(FRAME)
+            ..HostInputs::none(FRAME)
         },
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), fast_workgroup_memory: true, ..Caps::default() },

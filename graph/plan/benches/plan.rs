@@ -10,7 +10,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 const FOUR_K: Size = Size { width: 3840, height: 2160, depth: 1 };
@@ -32,10 +32,10 @@ fn checked(path: &Path, text: &str, registry: &Registry) -> Graph {
 
 /// The plan at 4K; images that are finite need no sanitizing pass.
 fn planned(graph: &Graph, finite: bool) -> Plan {
-    let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite };
+    let given = HostImageDesc { desc: ImageDesc::new(FOUR_K), finite };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let request = PlanRequest {
-        given: HostInputs::everything(FOUR_K, required, given),
+        given: HostInputs::all(FOUR_K, required, given),
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),

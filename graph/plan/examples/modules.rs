@@ -11,7 +11,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, PlanRequest, Requirement, modules, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, PlanRequest, Requirement, modules, plan};
 
 const FRAME: Size = Size { width: 1280, height: 720, depth: 1 };
 
@@ -33,9 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The modules of a pipeline whose host gives everything.
 fn modules_of(graph: &Graph) -> Result<BTreeSet<String>, Box<dyn Error>> {
-    let image = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
-        given: HostInputs::everything(FRAME, &graph.inputs, image),
+        given: HostInputs::all(FRAME, &graph.inputs, image),
         facts: Facts::default(),
         caps: Caps::default(),
         options: Options::default(),

@@ -60,5 +60,5 @@ pub use plan::{
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};
 pub use report::{PlanDiff, PlanHash, diff};
-pub use request::{GivenImage, HostInputs, Part, PlanRequest, Requirement};
+pub use request::{HostImageDesc, HostInputs, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

@@ -30,7 +30,7 @@ pub struct HostInputs {
     /// The size of the frame, for nodes without an image input.
     pub size: Size,
     /// The images, by the names of the pipeline's inputs.
-    pub inputs: BTreeMap<String, GivenImage>,
+    pub inputs: BTreeMap<String, HostImageDesc>,
     /// The inputs that host blocks are given for.
     pub blocks: BTreeSet<String>,
     /// The outputs whose images hold linear light: what is encoded as sRGB or with a gamma is decoded again. A texture
@@ -45,7 +45,7 @@ pub struct HostInputs {
 /// Samples of a multisampled image that every device has.
 const SAMPLES: u32 = 4;
 
-/// The size of the volumes of [`HostInputs::everything`]. Odd sides have a middle, so that a checkerboard is symmetric.
+/// The size of the volumes of [`HostInputs::all`]. Odd sides have a middle, so that a checkerboard is symmetric.
 const VOLUME: [u32; 3] = [9, 5, 3];
 
 /// The kind of rectangle of an input whose rectangle and factor change without a new plan.
@@ -59,15 +59,15 @@ pub enum Part {
 
 impl HostInputs {
     /// A frame of this size for which the host gives nothing.
-    pub fn nothing(size: Size) -> Self {
+    pub fn none(size: Size) -> Self {
         let (inputs, parts) = (BTreeMap::new(), BTreeMap::new());
         Self { size, inputs, blocks: BTreeSet::new(), linear: BTreeSet::new(), parts, rectangles: BTreeSet::new() }
     }
 
     /// A frame of this size with the same image, or a block, for each of these inputs. Images of multisampled inputs
     /// have four samples, which every device has; volumes have 9 x 5 x 3 texels.
-    pub fn everything<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: GivenImage) -> Self {
-        let mut given = Self::nothing(size);
+    pub fn all<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: HostImageDesc) -> Self {
+        let mut given = Self::none(size);
         for input in inputs {
             match input.block {
                 Some(_) => drop(given.blocks.insert(input.name.clone())),
@@ -77,7 +77,7 @@ impl HostInputs {
                     let [width, height, depth] = VOLUME;
                     let volume = ImageDesc::volume(Size::volume(width, height, depth)).format(desc.format);
                     let desc = if input.volume { volume } else { desc };
-                    given.inputs.insert(input.name.clone(), GivenImage { desc, ..image });
+                    given.inputs.insert(input.name.clone(), HostImageDesc { desc, ..image });
                 }
             }
         }
@@ -103,7 +103,7 @@ impl PlanRequest<'_> {
 
 /// An image that the host gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GivenImage {
+pub struct HostImageDesc {
     pub desc: ImageDesc,
     /// True if the host guarantees that all its numbers are finite and within ±65504, and negative only where the color
     /// state allows it: see [`Signedness`](afterimage_base::image::Signedness).

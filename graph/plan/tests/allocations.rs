@@ -14,7 +14,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Origin, Registry};
 use afterimage_graph::value::Value;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanCache, PlanRequest, Planned, Requirement};
 
 /// Counts what its own thread allocates.
 struct Counting;
@@ -64,9 +64,9 @@ fn graph_of(name: &str, text: &str) -> Graph {
 fn planned(graph: &Graph, dynamic: BTreeSet<ParameterId>) -> Planned {
     let mut facts = Facts::default();
     graph.facts().into_iter().for_each(|(name, _)| facts.set(name, true));
-    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
-        given: HostInputs::everything(FRAME, graph.inputs.iter(), given),
+        given: HostInputs::all(FRAME, graph.inputs.iter(), given),
         facts,
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),

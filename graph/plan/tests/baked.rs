@@ -87,7 +87,8 @@ fn what_all_nodes_are_told_replaces_what_they_ask_for_but_off() {
         assert!(exact.savings.baked.is_empty(), "a reference has no tables");
     }
     let sizes = r#""a": Exposure(source: "in", stops: 1.0, bake: 48), "out": ToneMap(source: "a", bake: 33)"#;
-    assert_eq!(planned(sizes).savings.baked.iter().map(|baked| baked.size).collect::<Vec<_>>(), [48], "the largest one");
+    let baked: Vec<u32> = planned(sizes).savings.baked.iter().map(|baked| baked.size).collect();
+    assert_eq!(baked, [48], "the largest one");
 }
 
 /// A meter fills its table in every frame, so a size asks for it and `Auto` does not.
@@ -172,7 +173,8 @@ fn a_table_has_the_layout_that_its_shader_reads() {
         assert_eq!(levels, (width as f32 / (ratios + 1.0)).floor() - 1.0);
         assert!(levels >= 2.0 * size as f32 - 1.0, "a level for each step of the size: {levels}");
         assert_eq!((lowest, x, y), (0.0, 1.0 / width as f32, 1.0 / height as f32));
-        assert_eq!((plan.savings.baked[0].size, plan.savings.baked[0].bytes), (size, 8 * u64::from(width) * u64::from(height)));
+        let baked = &plan.savings.baked[0];
+        assert_eq!((baked.size, baked.bytes), (size, 8 * u64::from(width) * u64::from(height)));
         let text = plan.to_text();
         let row = text.lines().skip_while(|line| *line != "baked LUTs in place of nodes").nth(1).expect("a LUT");
         let bytes = format!("{:.1} MiB", plan.savings.baked[0].bytes as f64 / f64::from(1 << 20));

@@ -9,7 +9,7 @@ use afterimage_graph::node::{Arg, BlockId, CAMERA, NodeKind, Registry, folder_ki
 use afterimage_graph::prelude::*;
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{
-    Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify,
+    Caps, HostImageDesc, HostInputs, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify,
 };
 
 use super::devices::uniform_buffers;
@@ -95,11 +95,11 @@ fn graph() -> Graph {
 
 /// A host that gives both images and these blocks.
 fn request(blocks: &[&str]) -> PlanRequest<'static> {
-    let image = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME), finite: false };
     let inputs = ["scene", "depth"].map(|name| (name.to_owned(), image)).into();
     let blocks = blocks.iter().map(|name| (*name).to_owned()).collect();
     PlanRequest {
-        given: HostInputs { inputs, blocks, ..HostInputs::nothing(FRAME) },
+        given: HostInputs { inputs, blocks, ..HostInputs::none(FRAME) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

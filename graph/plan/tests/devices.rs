@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::{PassKind, Resource};
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{
-    Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedPass, Requirement, Stage, When, plan,
+    Caps, HostImageDesc, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedPass, Requirement, Stage, When, plan,
 };
 use proptest::prelude::*;
 
@@ -127,9 +127,9 @@ fn error_of_samples(input: &str, node: &str, samples: u32) -> Option<String> {
     let graph = checked(&format!(
         r#"Pipeline(inputs: {{ "in": {input} }}, nodes: {{ "a": {node}(source: "in") }}, outputs: {{ "out": "a" }})"#
     ));
-    let given = GivenImage { desc: ImageDesc::new(FRAME).multisampled(samples), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(FRAME).multisampled(samples), finite: false };
     let request = PlanRequest {
-        given: HostInputs { inputs: [("in".to_owned(), given)].into(), ..HostInputs::nothing(FRAME) },
+        given: HostInputs { inputs: [("in".to_owned(), given)].into(), ..HostInputs::none(FRAME) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

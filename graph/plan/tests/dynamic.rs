@@ -7,7 +7,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_graph::prelude::*;
 use afterimage_graph::value::Param;
-use afterimage_plan::{GivenImage, HostInputs, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{HostImageDesc, HostInputs, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
 
 use super::support::{FRAME, all_formats, built_in, checked};
 
@@ -15,10 +15,10 @@ use super::support::{FRAME, all_formats, built_in, checked};
 fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)]) -> Planned {
     let mut given_facts = Facts::default();
     facts.iter().for_each(|(name, holds)| given_facts.set(*name, *holds));
-    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(FRAME), finite: false };
     let inputs: BTreeMap<_, _> = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let request = PlanRequest {
-        given: HostInputs { inputs, ..HostInputs::nothing(FRAME) },
+        given: HostInputs { inputs, ..HostInputs::none(FRAME) },
         facts: given_facts,
         caps: all_formats(),
         options: Options::default(),

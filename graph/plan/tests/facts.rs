@@ -6,7 +6,7 @@ use afterimage_graph::check::{CheckOptions, Fact, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 
 use super::support::{FRAME, Files, built_in, pipelines};
 
@@ -19,8 +19,8 @@ const FACTS: [(&str, &str); 3] = [
 
 /// The plan for a host that gives all inputs.
 fn planned(graph: &Graph, facts: Facts) -> Plan {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
-    planned_for(graph, facts, HostInputs::everything(FRAME, &graph.inputs, image))
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    planned_for(graph, facts, HostInputs::all(FRAME, &graph.inputs, image))
 }
 
 fn planned_for(graph: &Graph, facts: Facts, given: HostInputs) -> Plan {
@@ -114,10 +114,10 @@ fn what_a_fact_rules_out_is_skipped() {
 /// Fog that a renderer does not give is in no pass, and fog of no density is in none.
 #[test]
 fn fog_that_is_not_there_is_skipped() {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let skipped = |graph: &Graph, is_given: bool| {
         let inputs = graph.inputs.iter().filter(|input| is_given || input.name != "fog");
-        let given = HostInputs::everything(FRAME, inputs, image);
+        let given = HostInputs::all(FRAME, inputs, image);
         let skipped = planned_for(graph, Facts::default(), given).savings.skipped;
         ["foggy", "volumetric"].map(|node| skipped.iter().any(|skipped| skipped.node == node))
     };

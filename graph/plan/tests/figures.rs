@@ -7,7 +7,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource};
 use afterimage_plan::{
-    Alias, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, When, plan,
+    Alias, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, When, plan,
 };
 
 use super::support::{FRAME, all_formats, built_in, plan_everything};
@@ -18,9 +18,9 @@ fn padded(desc: &ImageDesc) -> Requirement {
 }
 
 fn planned(graph: &Graph, options: Options) -> Plan {
-    let image = GivenImage { desc: ImageDesc::new(FRAME), finite: true };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME), finite: true };
     let request = PlanRequest {
-        given: HostInputs::everything(FRAME, &graph.inputs, image),
+        given: HostInputs::all(FRAME, &graph.inputs, image),
         facts: Facts::default(),
         caps: all_formats(),
         options,

@@ -6,7 +6,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Pass, PassKind, Registry, Resource};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
+    Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
 };
 
 use super::support::{FRAME, all_formats};
@@ -141,8 +141,8 @@ pub fn planned_on(size: Size, nodes: &str, outputs: &str, options: Options, caps
     let registry =
         Registry::new(&[afterimage_nodes::ALL, KINDS, super::kernels::KINDS]).expect("no two kinds share a name");
     let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
-    let image = GivenImage { desc: ImageDesc::new(size), finite: true };
-    let given = HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(size) };
+    let image = HostImageDesc { desc: ImageDesc::new(size), finite: true };
+    let given = HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::none(size) };
     let (facts, dynamic, requirement) = (Facts::default(), Default::default(), &Requirement::typical);
     let request = PlanRequest { given, facts, caps, options, dynamic, requirement };
     let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));

@@ -4,16 +4,16 @@
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ColorState, Format, ImageDesc};
-use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, verify};
+use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, verify};
 
 use super::golden::assert_golden;
 use super::support::{FRAME, all_formats, checked, plan_at};
 
 fn request(graph: &Graph, linear: &[&str]) -> PlanRequest<'static> {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: true };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: true };
     let linear = linear.iter().map(|name| (*name).to_owned()).collect();
     PlanRequest {
-        given: HostInputs { linear, ..HostInputs::everything(FRAME, &graph.inputs, image) },
+        given: HostInputs { linear, ..HostInputs::all(FRAME, &graph.inputs, image) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

@@ -9,7 +9,8 @@ use afterimage_graph::node::{NodeKind, Origin, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::limits::{MAX_COMPUTED, MAX_COMPUTED_BYTES, MAX_PASSES, MAX_TABLE_BYTES};
 use afterimage_plan::{
-    Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables, verify,
+    Caps, HostImageDesc, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables,
+    verify,
 };
 
 use super::support::all_formats;
@@ -80,11 +81,11 @@ fn planned(graph: &Graph) -> Result<Plan, PlanError> {
 
 fn request(graph: &Graph) -> PlanRequest<'static> {
     let size = Size::new(3840, 2160);
-    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(size), finite: false };
     PlanRequest {
         given: HostInputs {
             inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
-            ..HostInputs::nothing(size)
+            ..HostInputs::none(size)
         },
         facts: Facts::default(),
         caps: Caps { fast_workgroup_memory: true, ..all_formats() },

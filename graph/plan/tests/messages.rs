@@ -4,7 +4,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Arg, KernelCall, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, diff, plan, verify,
+    HostImageDesc, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, diff, plan, verify,
 };
 
 use super::support::{FRAME, all_formats, checked};
@@ -15,9 +15,9 @@ fn text(inputs: &str, nodes: &str, output: &str) -> String {
 
 /// A request that gives all inputs of a graph.
 fn request(graph: &Graph) -> PlanRequest<'static> {
-    let image = GivenImage { desc: ImageDesc::new(FRAME), finite: true };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME), finite: true };
     PlanRequest {
-        given: HostInputs::everything(FRAME, &graph.inputs, image),
+        given: HostInputs::all(FRAME, &graph.inputs, image),
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

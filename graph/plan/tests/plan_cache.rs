@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanRequest, Requirement};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use super::support::{all_formats, built_in, checked};
 
@@ -18,8 +18,8 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
     facts.iter().for_each(|(name, number)| facts_set.set(*name, *number));
     let request = PlanRequest {
         given: HostInputs {
-            inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(image), finite: false })].into(),
-            ..HostInputs::nothing(size)
+            inputs: [("scene".to_owned(), HostImageDesc { desc: ImageDesc::new(image), finite: false })].into(),
+            ..HostInputs::none(size)
         },
         facts: facts_set,
         caps: all_formats(),
@@ -71,10 +71,10 @@ fn other_switches_and_another_device_need_another_plan() {
     let mut plans = PlanCache::new(checked(LAMPS));
     let size = Size::new(64, 64);
     let mut plan = |options: Options, caps: Caps| {
-        let inputs = [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into();
+        let inputs = [("scene".to_owned(), HostImageDesc { desc: ImageDesc::new(size), finite: false })].into();
         let requirement = &Requirement::typical;
         let request = PlanRequest {
-            given: HostInputs { inputs, ..HostInputs::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::none(size) },
             facts: Facts::default(),
             caps,
             options,

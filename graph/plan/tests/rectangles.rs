@@ -3,14 +3,14 @@
 use afterimage_graph::check::{Facts, GraphInput};
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Resource;
-use afterimage_plan::{GivenImage, HostInputs, Options, Part, Plan, PlanRequest, Requirement, plan, verify};
+use afterimage_plan::{HostImageDesc, HostInputs, Options, Part, Plan, PlanRequest, Requirement, plan, verify};
 
 use super::support::{FRAME, all_formats, built_in};
 
 fn planned(name: &str, part: Option<Part>) -> Plan {
     let graph = built_in(name);
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
-    let mut given = HostInputs::everything(FRAME, &graph.inputs, image);
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    let mut given = HostInputs::all(FRAME, &graph.inputs, image);
     if let Some(part) = part {
         let has_parts = |input: &&GraphInput| input.block.is_none() && !input.multisampled && !input.volume;
         let images = graph.inputs.iter().filter(has_parts);

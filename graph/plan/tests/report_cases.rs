@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_plan::{Alias, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, diff, plan};
+use afterimage_plan::{Alias, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, When, diff, plan};
 
 use super::fusion::planned_on;
 use super::golden::assert_golden;
@@ -48,9 +48,9 @@ const LIVE: &str = r#"Pipeline(
 
 /// The plan of a graph with these parameters dynamic.
 fn live(graph: &Graph, dynamic: &[&str]) -> Plan {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let request = PlanRequest {
-        given: HostInputs::everything(FRAME, &graph.inputs, image),
+        given: HostInputs::all(FRAME, &graph.inputs, image),
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

@@ -9,7 +9,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
+    HostImageDesc, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
 };
 use afterimage_wgsl::SampleMode;
 
@@ -381,9 +381,9 @@ fn functions_sanitize_what_they_read_of_the_host() {
 /// The plan of a node for an image of the host at 1920x1080.
 fn large(node: &str, finite: bool) -> Plan {
     let size = Size::new(1920, 1080);
-    let image = GivenImage { desc: ImageDesc::new(size), finite };
+    let image = HostImageDesc { desc: ImageDesc::new(size), finite };
     let request = PlanRequest {
-        given: HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(size) },
+        given: HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::none(size) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

@@ -9,7 +9,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan};
 
 /// The size of most frames.
 pub const FRAME: Size = Size { width: 640, height: 360, depth: 1 };
@@ -31,13 +31,13 @@ pub fn plan_at(graph: &Graph, size: Size, options: Options) -> Result<Plan, Plan
 
 /// The plan of a random graph for a device.
 pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Result<Plan, PlanError> {
-    let given = GivenImage { desc: ImageDesc::new(size), finite: true };
+    let given = HostImageDesc { desc: ImageDesc::new(size), finite: true };
     let inputs = BTreeMap::from([("picture".to_owned(), given)]);
     let requirement = &Requirement::typical;
     plan(
         graph,
         &PlanRequest {
-            given: HostInputs { inputs, ..HostInputs::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::none(size) },
             facts: Facts::default(),
             caps,
             options,
@@ -55,8 +55,8 @@ pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, opti
 
 /// The plan for a host that gives all optional inputs, too.
 pub fn plan_everything(graph: &Graph, format: Format, caps: Caps, options: Options) -> Plan {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
-    let given = HostInputs::everything(FRAME, &graph.inputs, image);
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(format), finite: false };
+    let given = HostInputs::all(FRAME, &graph.inputs, image);
     let (facts, requirement) = (Facts::default(), &Requirement::typical);
     let request = PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement };
     plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
@@ -69,8 +69,8 @@ pub fn attempt(
     facts: Facts,
     (caps, options): (Caps, Options),
 ) -> Result<Plan, PlanError> {
-    let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
-    let given = HostInputs::everything(FRAME, graph.inputs.iter().filter(|input| !input.optional), image);
+    let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(format), finite: false };
+    let given = HostInputs::all(FRAME, graph.inputs.iter().filter(|input| !input.optional), image);
     let requirement = &Requirement::typical;
     plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
 }

@@ -2,7 +2,7 @@
 
 use afterimage::FrameKind;
 use afterimage::host::FrameStep;
-use afterimage::offline::{ComponentType, Encoding, GivenImage, PixelData, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, OfflineImage, PixelData, RenderedImage, format_of};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{Camera, Matrix};
@@ -31,7 +31,7 @@ pub(crate) struct GivenArray<'py>(String, PyReadonlyArray1<'py, u8>, (u32, u32, 
 
 impl GivenArray<'_> {
     /// The same without Python.
-    pub(crate) fn given(&self) -> PyResult<GivenImage<'_>> {
+    pub(crate) fn given(&self) -> PyResult<OfflineImage<'_>> {
         let Self(input, bytes, (width, height, depth), channels, ty) = self;
         let number = if ty == "float16" { ComponentType::F16 } else { ComponentType::F32 };
         let Some(format) = format_of(number, *channels) else {
@@ -41,7 +41,7 @@ impl GivenArray<'_> {
             0 => ImageDesc::new(Size::new(*width, *height)),
             depth => ImageDesc::volume(Size::volume(*width, *height, *depth)),
         };
-        Ok(GivenImage { input, desc: desc.format(format), bytes: bytes.as_slice()? })
+        Ok(OfflineImage { input, desc: desc.format(format), bytes: bytes.as_slice()? })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 use pyo3::prelude::*;
 
 use crate::error::Failure;
@@ -15,9 +15,9 @@ pub(crate) struct PlanView {
 
 impl PlanView {
     pub(crate) fn new(graph: &Graph, facts: Facts, size: Size) -> Result<Self, Failure> {
-        let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+        let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
         let request = PlanRequest {
-            given: HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image),
+            given: HostInputs::all(size, graph.inputs.iter().filter(|input| !input.optional), image),
             facts,
             caps: Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() },
             options: Options::default(),

@@ -10,7 +10,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_lab::{LabError, scene};
-use afterimage_plan::{GivenImage, HostInputs, Options, PlanRequest, Requirement, plan};
+use afterimage_plan::{HostImageDesc, HostInputs, Options, PlanRequest, Requirement, plan};
 
 /// 720p to 16K, all 16:9.
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
@@ -133,14 +133,14 @@ impl Conditions<'_> {
 
     /// Milliseconds from the text to the plan.
     fn plan_time(&self, images: &[InputImage], text: &str, size: Size) -> Result<f64, LabError> {
-        let given = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: false });
+        let given = |image: &InputImage| (image.input.clone(), HostImageDesc { desc: image.desc, finite: false });
         let inputs: BTreeMap<_, _> = images.iter().map(given).collect();
         let mut times = Vec::new();
         for _ in 0..PLANS {
             let start = Instant::now();
             let graph = scene::graph(self.registry, "growth.ron", text)?;
             let request = PlanRequest {
-                given: HostInputs { inputs: inputs.clone(), ..HostInputs::nothing(size) },
+                given: HostInputs { inputs: inputs.clone(), ..HostInputs::none(size) },
                 facts: Facts::default(),
                 caps: self.gpu.caps.clone(),
                 options: Options::default(),

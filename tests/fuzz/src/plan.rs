@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Bake, NodeKind};
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
-    Alias, Caps, GivenImage, HostInputs, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan,
+    Alias, Caps, HostImageDesc, HostInputs, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan,
     verify,
 };
 
@@ -44,13 +44,13 @@ fn pipelines() -> &'static [Shipped] {
 
 /// The plan of a graph without facts, all inputs given at the size of the frame.
 pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -> Result<Plan, PlanError> {
-    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let given = HostImageDesc { desc: ImageDesc::new(size), finite: false };
     let inputs = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let requirement = &Requirement::typical;
     plan(
         graph,
         &PlanRequest {
-            given: HostInputs { inputs, ..HostInputs::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::none(size) },
             facts: Facts::default(),
             caps,
             options,
@@ -139,7 +139,7 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
         }
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
-    let mut given = HostInputs { inputs, ..HostInputs::nothing(size) };
+    let mut given = HostInputs { inputs, ..HostInputs::none(size) };
     rectangles(graph, &mut given, choices);
     let requirement = &Requirement::typical;
     plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
@@ -159,12 +159,12 @@ fn rectangles(graph: &Graph, given: &mut HostInputs, choices: &mut Bytes<'_>) {
     }
 }
 
-fn given(volume: bool, size: Size, choices: &mut Bytes<'_>) -> GivenImage {
+fn given(volume: bool, size: Size, choices: &mut Bytes<'_>) -> HostImageDesc {
     let size = if choices.rarely(4) { Size::new(choices.one_of(&SIDES), choices.one_of(&SIDES)) } else { size };
     let slices = || ImageDesc::volume(Size::volume(size.width, size.height, SLICES));
     let desc = if volume { slices() } else { ImageDesc::new(size) };
     let formats: Vec<Format> = Format::ALL.to_vec();
-    GivenImage { desc: desc.format(choices.one_of(&formats)), finite: choices.flag() }
+    HostImageDesc { desc: desc.format(choices.one_of(&formats)), finite: choices.flag() }
 }
 
 fn facts(graph: &Graph, choices: &mut Bytes<'_>) -> Facts {

@@ -2,14 +2,14 @@
 //!
 //! ```no_run
 //! use afterimage::host::{ImageDesc, Size};
-//! use afterimage::offline::{GivenImage, Offline, OfflineFrame};
+//! use afterimage::offline::{OfflineImage, Offline, OfflineFrame};
 //!
 //! # fn run(halves: &[u8]) -> Result<(), afterimage::Error> {
 //! let mut look = Offline::open("tsushima")?;
 //! look.set_tier(Some("low"))?;
 //! look.set("lit.strength", "0.02")?;
 //! // Four half floats for each pixel, linear Rec.709.
-//! let scene = GivenImage { input: "scene", desc: ImageDesc::new(Size::new(1920, 1080)), bytes: halves };
+//! let scene = OfflineImage { input: "scene", desc: ImageDesc::new(Size::new(1920, 1080)), bytes: halves };
 //! let rendered = look.render(&OfflineFrame { images: &[scene], values: &["metered"], ..OfflineFrame::default() })?;
 //! let codes: &[u8] = rendered.outputs[0].data.bytes();
 //! # let _ = codes;
@@ -69,7 +69,7 @@ pub struct Offline {
 
 /// An image for an input.
 #[derive(Clone, Copy, Debug)]
-pub struct GivenImage<'a> {
+pub struct OfflineImage<'a> {
     /// The name of the input.
     pub input: &'a str,
     /// Size and format.
@@ -82,7 +82,7 @@ pub struct GivenImage<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct OfflineFrame<'a> {
     /// The images of the inputs.
-    pub images: &'a [GivenImage<'a>],
+    pub images: &'a [OfflineImage<'a>],
     /// The cameras of inputs.
     pub cameras: &'a [(&'a str, Camera)],
     /// The size of the frame if there are no images; it is that of the first image otherwise.
@@ -324,7 +324,7 @@ impl Offline {
             session.set_block(name, block);
         }
         let mut fed = Vec::new();
-        for GivenImage { input, desc, bytes } in frame.images {
+        for OfflineImage { input, desc, bytes } in frame.images {
             fed.push(session.feed(input, *desc, bytes)?);
         }
         let size = frame_size(fed.iter().map(|image| image.desc)).unwrap_or(frame.size);
@@ -358,7 +358,7 @@ impl Offline {
             let what = if input.block.is_some() { "a camera" } else { "an image" };
             return Err(Error::Image(format!("the pipeline needs {what} for its input `{}`", input.name)));
         }
-        for GivenImage { input, desc, bytes } in frame.images {
+        for OfflineImage { input, desc, bytes } in frame.images {
             let wanted = desc.size.texels() * desc.format.bytes();
             if wanted != bytes.len() as u64 {
                 let bytes = bytes.len();

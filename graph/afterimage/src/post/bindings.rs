@@ -8,7 +8,7 @@ use afterimage_gpu::{Frame, GpuError, Rectangle};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::diagnostic::nearest;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{GivenImage, HostInputs, Part, PlanError};
+use afterimage_plan::{HostImageDesc, HostInputs, Part, PlanError};
 
 use crate::error::PostError;
 
@@ -147,7 +147,7 @@ impl HostBindings {
             if let Some(part) = part {
                 parts.insert(input.name.clone(), part);
             }
-            inputs.insert(input.name.clone(), GivenImage { desc, finite: self.finite.contains(&input.name) });
+            inputs.insert(input.name.clone(), HostImageDesc { desc, finite: self.finite.contains(&input.name) });
         }
         let (mut linear, mut rectangles) = (BTreeSet::new(), BTreeSet::new());
         for output in &graph.outputs {

@@ -6,7 +6,7 @@ use afterimage_gpu::wgpu::TextureView;
 use afterimage_gpu::{Feed, Frame, FrameStep, Gpu, GpuError, InputImage, input_image};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_plan::{GivenImage, HostInputs};
+use afterimage_plan::{HostImageDesc, HostInputs};
 
 /// The uploaded images and the host blocks, by the names of the inputs.
 #[derive(Default)]
@@ -45,8 +45,8 @@ impl Uploads {
         size: Size,
         images: impl Iterator<Item = (&'i str, ImageDesc, bool)>,
     ) -> HostInputs {
-        let inputs = images.map(|(name, desc, finite)| (name.to_owned(), GivenImage { desc, finite })).collect();
-        HostInputs { inputs, blocks: self.blocks.keys().cloned().collect(), ..HostInputs::nothing(size) }
+        let inputs = images.map(|(name, desc, finite)| (name.to_owned(), HostImageDesc { desc, finite })).collect();
+        HostInputs { inputs, blocks: self.blocks.keys().cloned().collect(), ..HostInputs::none(size) }
     }
 
     /// Calls `use_frame` with the executor's description of a frame with these images and the present blocks.

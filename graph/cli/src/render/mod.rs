@@ -22,7 +22,7 @@ use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_media::run_files;
-use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
+use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
@@ -168,10 +168,10 @@ fn typical_size() -> Size {
 fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options, size: Size) -> Option<Plan> {
     let given = request.jobs.first().map_or(&[][..], |job| &job.sources);
     let is_given = |input: &&GraphInput| !input.optional || given.iter().any(|(name, _)| *name == input.name);
-    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
     // A pass that makes several images would make each of them look as if it followed from all that the pass reads.
     let options = Options { fuse: false, ..options };
     let request = pipeline::request(graph, size, facts, options, typical_caps(), &Requirement::typical);
-    let given = HostInputs::everything(size, graph.inputs.iter().filter(is_given), image);
+    let given = HostInputs::all(size, graph.inputs.iter().filter(is_given), image);
     plan_without_tables(graph, &PlanRequest { given, ..request }).ok()
 }

@@ -24,7 +24,7 @@ pub struct Fork {
 impl Fork {
     /// Makes, on any thread, an executor with memory of its own for a plan that the other one has compiled.
     pub fn prepare(other: &Executor) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
-        let fork = self::other(other);
+        let fork = other.sharing_compiled();
         move |plan, uniforms| {
             let mut executor = fork();
             executor.load_with(plan, uniforms)?;
@@ -70,19 +70,6 @@ impl Fork {
     /// True if a frame was recorded and dropped on which later ones rely.
     pub fn has_lost_frames(&self) -> bool {
         self.executor.recorded.take_lost() > Lost::Nothing
-    }
-}
-
-/// Makes an executor that shares what is compiled, on any thread.
-pub(super) fn other(executor: &Executor) -> impl FnOnce() -> Executor + Send + use<> {
-    let (compiler, caps, labeled) = (executor.compiler.clone(), executor.caps.clone(), executor.labeled);
-    move || {
-        let mut other = Executor::with_caps(&compiler.device, &compiler.queue, caps);
-        other.compiler.pipelines = compiler.pipelines;
-        other.compiler.compiled = compiler.compiled;
-        other.compiler.pool = compiler.pool;
-        other.labeled = labeled;
-        other
     }
 }
 

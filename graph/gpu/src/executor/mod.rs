@@ -43,7 +43,7 @@ pub use loaded::LoadedPlan;
 use loaded::previous::PreviousPlan;
 pub use loaded::residency::Residency;
 use loaded::uniforms::Staging;
-use record::{clear_memory, separate_from_old_plan};
+use record::{FrameCommands, clear_memory, separate_from_old_plan};
 use recorded::{Lost, RecordedFrames};
 pub use rectangle::Rectangle;
 
@@ -117,7 +117,20 @@ impl Executor {
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
     /// compiled, so that a plan which one has loaded needs only memory in the other.
     pub fn clone_for_view(&self) -> Self {
-        fork::other(self)()
+        self.sharing_compiled()()
+    }
+
+    /// Makes an executor that shares what is compiled, on any thread.
+    fn sharing_compiled(&self) -> impl FnOnce() -> Self + Send + use<> {
+        let (compiler, caps, labeled) = (self.compiler.clone(), self.caps.clone(), self.labeled);
+        move || {
+            let mut other = Self::with_caps(&compiler.device, &compiler.queue, caps);
+            other.compiler.pipelines = compiler.pipelines;
+            other.compiler.compiled = compiler.compiled;
+            other.compiler.pool = compiler.pool;
+            other.labeled = labeled;
+            other
+        }
     }
 
     /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier
@@ -354,7 +367,7 @@ impl Executor {
         }
         self.begin_frame(encoder, constants, last.is_some())?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        let commands = loaded.commands(groups, numbers.index, &constants);
+        let commands = FrameCommands::new(loaded, groups, numbers.index, &constants);
         commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = loaded.timing.as_ref().filter(|_| loaded.due.redrawn().is_none()) {
@@ -421,7 +434,7 @@ impl Executor {
         loaded.uniforms.write(&self.compiler.device, &mut self.staging, encoder)?;
         loaded.due.choose_only(&[pass]);
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
-        let commands = loaded.commands(groups, self.frames.index, &self.frames.constants);
+        let commands = FrameCommands::new(loaded, groups, self.frames.index, &self.frames.constants);
         commands.record(pass..pass + 1, encoder, &mut []);
         loaded.set_last_constants(None);
         Ok(())
@@ -447,7 +460,7 @@ impl Executor {
         loaded.due.choose_only(passes);
         self.begin_frame(encoder, constants, false)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        let commands = loaded.commands(groups, numbers.index, &constants);
+        let commands = FrameCommands::new(loaded, groups, numbers.index, &constants);
         commands.clear_zeroed(encoder);
         for &pass in passes {
             commands.record(pass..pass + 1, encoder, &mut []);

@@ -10,7 +10,7 @@ use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan};
 
 use super::images::{Extreme, sanitized, sanitized_samples};
 use super::target::Target;
@@ -266,7 +266,7 @@ impl Configuration {
     }
 
     fn plan(&mut self, target: &Target, graph: &Graph, size: Size) -> Result<Arc<Plan>, LabError> {
-        let given = GivenImage { desc: ImageDesc::new(size).format(self.format()), finite: self.unsanitized };
+        let given = HostImageDesc { desc: ImageDesc::new(size).format(self.format()), finite: self.unsanitized };
         let inputs = || graph.inputs.iter().filter(|input| !(input.optional && target.bare));
         let options = self.options;
         let session = self.session(target, graph);
@@ -276,7 +276,7 @@ impl Configuration {
             }
         }
         session.change(graph.clone(), options);
-        Ok(session.post().plan_for(HostInputs::everything(size, inputs(), given))?)
+        Ok(session.post().plan_for(HostInputs::all(size, inputs(), given))?)
     }
 }
 

@@ -78,7 +78,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.linker.name(self.instances[kernel], name)
     }
 
-    /// A function `name` to the value of the last of these kernels, from a `Point` and the pixels that are loaded there.
+    /// A function `name` to the value of the last of these kernels, from a `Point` and the pixels that are loaded.
     pub(super) fn function(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
         let last = kernels.end - 1;
         kernels.for_each(|index| self.call(index));

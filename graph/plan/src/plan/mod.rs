@@ -17,10 +17,9 @@ use serde::{Serialize, Serializer};
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
-pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
+pub use pass::{PlannedPass, Refresh, ScheduledPass, Stage, UniformBlock};
 pub(crate) use refresh::passes_only_for;
-pub use refresh::{CachedResults, Refresh};
-pub use savings::{Baked, Fused, Savings, SharedRead, Skipped};
+pub use savings::{Baked, CachedResults, Fused, Savings, SharedRead, Skipped};
 pub use state::{StateContent, StateItem};
 
 use crate::options::Options;

@@ -5,8 +5,6 @@ use std::collections::BTreeSet;
 use afterimage_graph::node::Pass;
 use serde::Serialize;
 
-use super::Refresh;
-
 /// A pass in its place in the order of execution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScheduledPass {
@@ -75,5 +73,39 @@ impl PlannedPass {
     pub fn scheduled(&self) -> ScheduledPass {
         let Self { pass, stage, stores, recorded, refresh, .. } = self.clone();
         ScheduledPass { pass, stage, stores, recorded, refresh }
+    }
+}
+
+/// The frames in which a pass runs. A pass with several runs in the frames of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Refresh {
+    EachFrame,
+    /// Frames whose number modulo `every` is `phase`, and those in which cached results are recomputed.
+    Every {
+        every: u32,
+        phase: u32,
+    },
+    /// Frames before which its uniforms have changed: it evaluates a baked LUT.
+    OnChange,
+    /// Only frames in which cached results are recomputed: first frames, cuts, and those with changed uniforms.
+    Once,
+}
+
+impl Refresh {
+    /// The number of frames of which it has one; `None` if it does not depend on numbers of frames.
+    pub fn every(self) -> Option<u32> {
+        match self {
+            Self::Every { every, .. } => Some(every),
+            _ => None,
+        }
+    }
+
+    /// Whether a frame of that number is due after one of the number `before`. Numbers may have any steps: it is due,
+    /// too, if a number between them is.
+    pub fn is_due(self, number: u32, before: u32) -> bool {
+        let Self::Every { every, phase } = self else { return self == Self::EachFrame };
+        let [now, then] =
+            [number, before].map(|number| (u64::from(number) + u64::from(every - phase)) / u64::from(every));
+        now != then
     }
 }

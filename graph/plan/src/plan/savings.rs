@@ -1,9 +1,9 @@
 //! Work of the nodes that no frame does, or not each one.
 
-use afterimage_graph::node::VirtualImage;
+use afterimage_graph::node::{Resource, VirtualImage};
 use serde::Serialize;
 
-use super::CachedResults;
+use super::pass::Refresh;
 
 /// The work of the nodes that frames do not do: the results of the stages that avoid it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -20,6 +20,15 @@ pub struct Savings {
     /// The results of nodes that do not run in every frame.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cached: Vec<CachedResults>,
+}
+
+/// The results of a node that does not run in every frame. They are kept in between.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CachedResults {
+    pub node: String,
+    pub refresh: Refresh,
+    /// The images and buffers. Empty if the node runs in every frame, because it keeps a state that changes.
+    pub results: Vec<Resource>,
 }
 
 /// A node that is not in the plan.

@@ -12,7 +12,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan, verify};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan, verify};
 
 use super::model::variants;
 use super::support::all_formats;
@@ -155,8 +155,8 @@ fn picture(frame: usize) -> Image {
 }
 
 fn planned(graph: &Graph, caps: Caps, options: Options) -> Plan {
-    let image = GivenImage { desc: ImageDesc::new(SIZE), finite: false };
-    let given = HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(SIZE) };
+    let image = HostImageDesc { desc: ImageDesc::new(SIZE), finite: false };
+    let given = HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::none(SIZE) };
     let (facts, dynamic, requirement) = (Facts::default(), Default::default(), &Requirement::typical);
     let request = PlanRequest { given, facts, caps, options, dynamic, requirement };
     let plan = plan(graph, &request).unwrap_or_else(|error| panic!("{error}"));

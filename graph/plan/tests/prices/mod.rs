@@ -11,7 +11,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Memory, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, HostImageDesc, HostInputs, Memory, Options, Plan, PlanRequest, Requirement, plan};
 
 use super::support::all_formats;
 use operations::operations;
@@ -39,9 +39,9 @@ struct Prices {
 
 impl Prices {
     fn new(name: String, graph: &Graph, size: Size) -> Self {
-        let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+        let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
         let request = PlanRequest {
-            given: HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image),
+            given: HostInputs::all(size, graph.inputs.iter().filter(|input| !input.optional), image),
             facts: Facts::default(),
             caps: Caps { fast_workgroup_memory: true, ..all_formats() },
             options: Options::default(),

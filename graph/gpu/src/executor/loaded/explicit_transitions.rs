@@ -109,7 +109,7 @@ mod tests {
     use afterimage_graph::document::parse;
     use afterimage_graph::node::{ImageId, NodeKind, Registry};
     use afterimage_graph::prelude::*;
-    use afterimage_plan::{AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+    use afterimage_plan::{AliasingBarrier, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
     use wgpu::TextureUses;
 
     use super::explicit_transitions;
@@ -132,11 +132,11 @@ mod tests {
         let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
         let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
         let size = Size::new(256, 144);
-        let given = |size| GivenImage { desc: ImageDesc::new(size), finite: true };
+        let given = |size| HostImageDesc { desc: ImageDesc::new(size), finite: true };
         let request = PlanRequest {
             given: HostInputs {
                 inputs: [("scene".into(), given(size)), ("small".into(), given(size.half()))].into(),
-                ..HostInputs::nothing(size)
+                ..HostInputs::none(size)
             },
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },

@@ -25,7 +25,6 @@ use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::redraw::Redraw;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::uniforms::Uniforms;
-use crate::executor::record::FrameCommands;
 use crate::executor::rectangle::Rectangle;
 use crate::frame_constants::FrameConstants;
 use crate::pipelines::Built;
@@ -145,17 +144,6 @@ impl LoadedPlan {
         if let Some(redraw) = &mut self.redraw {
             redraw.constants = constants;
         }
-    }
-
-    /// The commands of a frame of that number with these bind groups.
-    pub(crate) fn commands<'a>(
-        &'a self,
-        groups: usize,
-        index: u32,
-        constants: &'a FrameConstants,
-    ) -> FrameCommands<'a> {
-        let ring_index = (index % self.residency.ring_length) as usize;
-        FrameCommands { loaded: self, groups: &self.bind_groups[groups], ring_index, constants }
     }
 
     /// Drops the bind groups of frames that write an output to a texture of ours.

@@ -47,7 +47,13 @@ pub(crate) struct FrameCommands<'a> {
     pub(crate) constants: &'a FrameConstants,
 }
 
-impl FrameCommands<'_> {
+impl<'a> FrameCommands<'a> {
+    /// The commands of a frame of that number with these bind groups of the plan.
+    pub(crate) fn new(loaded: &'a LoadedPlan, groups: usize, index: u32, constants: &'a FrameConstants) -> Self {
+        let ring_index = (index % loaded.residency.ring_length) as usize;
+        Self { loaded, groups: &loaded.bind_groups[groups], ring_index, constants }
+    }
+
     /// Clears the buffers that begin with zeros and that passes of the frame write.
     pub(crate) fn clear_zeroed(&self, encoder: &mut CommandEncoder) {
         let loaded = self.loaded;
