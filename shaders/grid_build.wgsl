@@ -79,15 +79,23 @@ fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
         for (var y = invocation / 64u; y < extent.y; y += 16u) {
             let rows = y + vec4u(0u, 4u, 8u, 12u);
             let inside = min(rows, vec4u(extent.y - 1u));
-            let colors = texels_inside(
+            let colors = texels_loaded(
                 source,
                 stride_pixel(first + vec2u(x, inside.x), size, params.step),
                 stride_pixel(first + vec2u(x, inside.y), size, params.step),
                 stride_pixel(first + vec2u(x, inside.z), size, params.step),
                 stride_pixel(first + vec2u(x, inside.w), size, params.step),
             );
-            for (var k = 0u; k < 4u; k++) {
-                if rows[k] < extent.y { grid_build_count(&run, grid_build_level(colors[k])); }
+            if are_limited(colors) {
+                grid_build_count(&run, grid_build_level(colors[0]));
+                if rows.y < extent.y { grid_build_count(&run, grid_build_level(colors[1])); }
+                if rows.z < extent.y { grid_build_count(&run, grid_build_level(colors[2])); }
+                if rows.w < extent.y { grid_build_count(&run, grid_build_level(colors[3])); }
+            } else {
+                for (var row = y; row < min(y + 16u, extent.y); row += 4u) {
+                    let color = texel_inside(source, stride_pixel(first + vec2u(x, row), size, params.step));
+                    grid_build_count(&run, grid_build_level(color));
+                }
             }
         }
     }

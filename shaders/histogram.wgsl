@@ -57,16 +57,24 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
             + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
-        let pixels = array(
-            stride_pixel(cell, size, params.step),
-            stride_pixel(cell + vec2u(0u, 4u), size, params.step),
-            stride_pixel(cell + vec2u(0u, 8u), size, params.step),
-            stride_pixel(cell + vec2u(0u, 12u), size, params.step),
-        );
-        let colors = texels_inside(source, pixels[0], pixels[1], pixels[2], pixels[3]);
-        for (var k = 0u; k < 4u; k++) {
-            if all(cell + vec2u(0u, 4u * k) < sampled) {
-                brightest = max(brightest, histogram_count(colors[k].rgb, pixels[k], size));
+        let down = vec2u(0u, 4u);
+        let a = stride_pixel(cell, size, params.step);
+        let b = stride_pixel(cell + down, size, params.step);
+        let c = stride_pixel(cell + 2u * down, size, params.step);
+        let d = stride_pixel(cell + 3u * down, size, params.step);
+        let colors = texels_loaded(source, a, b, c, d);
+        if are_limited(colors) {
+            if all(cell < sampled) { brightest = max(brightest, histogram_count(colors[0].rgb, a, size)); }
+            if all(cell + down < sampled) { brightest = max(brightest, histogram_count(colors[1].rgb, b, size)); }
+            if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_count(colors[2].rgb, c, size)); }
+            if all(cell + 3u * down < sampled) { brightest = max(brightest, histogram_count(colors[3].rgb, d, size)); }
+        } else {
+            for (var k = 0u; k < 4u; k++) {
+                let pixel = stride_pixel(cell + k * down, size, params.step);
+                let color = texel_inside(source, pixel);
+                if all(cell + k * down < sampled) {
+                    brightest = max(brightest, histogram_count(color.rgb, pixel, size));
+                }
             }
         }
     }

@@ -110,18 +110,32 @@ fn texel_inside(t: texture_2d<f32>, p: vec2i) -> vec4f {
     return min(sanitize_texel(t, p, TEXEL_SANITIZE), vec4f(3.4028234e38));
 }
 
+// Four texels at positions inside, loaded together so that their latencies overlap, and not sanitized: where
+// `are_limited` is false, read them again with `texel_inside`. That costs less than `texels_inside`: the code of the
+// repair stands in the kernel once, and the code for sound texels does not wait for it.
+fn texels_loaded(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> array<vec4f, 4> {
+    return array(textureLoad(t, a, 0), textureLoad(t, b, 0), textureLoad(t, c, 0), textureLoad(t, d, 0));
+}
+
+// True if sanitizing changes none of four texels.
+fn are_limited(texels: array<vec4f, 4>) -> bool {
+    if TEXEL_SANITIZE == 0u { return true; }
+    var largest = sanitize_largest(bitcast<vec4u>(texels[0]), TEXEL_SANITIZE);
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[1]), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[2]), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[3]), TEXEL_SANITIZE));
+    return largest <= HALF_MAX_BITS;
+}
+
 // Four texels at positions inside. All are loaded before the first is examined, so that their latencies overlap.
 fn texels_inside(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> array<vec4f, 4> {
-    var first = textureLoad(t, a, 0);
-    var second = textureLoad(t, b, 0);
-    var third = textureLoad(t, c, 0);
-    var fourth = textureLoad(t, d, 0);
-    if TEXEL_SANITIZE == 0u { return array(first, second, third, fourth); }
-    var largest = sanitize_largest(bitcast<vec4u>(first), TEXEL_SANITIZE);
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(second), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(third), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(fourth), TEXEL_SANITIZE));
-    if largest > HALF_MAX_BITS {
+    let texels = texels_loaded(t, a, b, c, d);
+    var first = texels[0];
+    var second = texels[1];
+    var third = texels[2];
+    var fourth = texels[3];
+    // With a return from within the branch, kernels take a third longer.
+    if !are_limited(texels) {
         first = sanitize_loaded(t, a, first, TEXEL_SANITIZE);
         second = sanitize_loaded(t, b, second, TEXEL_SANITIZE);
         third = sanitize_loaded(t, c, third, TEXEL_SANITIZE);

@@ -54,11 +54,16 @@ fn bake_ratios(largest: i32, is_outside: bool, params: Bake) -> BakeRatios {
     return BakeRatios(lowest, 0.0, params.ratios, BAKE_ROOT);
 }
 
+// The places of ratios of 0 to 1 as shares of the steps.
+fn bake_roots(ratios: vec2f, root: f32) -> vec2f {
+    return root * sqrt(max(ratios, vec2f(0.0))) + (1.0 - root) * ratios;
+}
+
 fn bake_places(ratios: vec2f, axis: BakeRatios) -> vec2f {
     let are_below = ratios < vec2f(0.0);
     let sizes = min(ratios / select(vec2f(1.0), axis.lowest, are_below), vec2f(1.0));
     let steps = select(vec2f(axis.above), vec2f(-axis.below), are_below);
-    return axis.below + steps * (axis.root * sqrt(sizes) + (1.0 - axis.root) * sizes);
+    return axis.below + steps * bake_roots(sizes, axis.root);
 }
 
 fn bake_at_places(places: vec2f, axis: BakeRatios) -> vec2f {
@@ -69,9 +74,14 @@ fn bake_at_places(places: vec2f, axis: BakeRatios) -> vec2f {
     return select(vec2f(1.0), axis.lowest, are_below) * roots * roots;
 }
 
+// True if the ratios of a level go from right to left.
+fn bake_is_backward(level: f32) -> bool {
+    return fract(0.5 * level) > 0.25;
+}
+
 // The place from left to right within a level, from that of its ratio, and back.
 fn bake_across(place: f32, level: f32, params: Bake) -> f32 {
-    return select(place, params.ratios - place, fract(0.5 * level) > 0.25);
+    return select(place, params.ratios - place, bake_is_backward(level));
 }
 
 // The color of a texel of the table. A color with a luminance below 0 is none that a pixel can have: see
@@ -102,15 +112,17 @@ fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) ->
     let largest = select(select(0, 1, is_green), 2, is_blue);
     let ratios = min(others / max(light, 1e-20), vec2f(1.0));
     let is_outside = min(ratios.x, ratios.y) < 0.0;
-    let axis = bake_ratios(largest, is_outside, params);
     let level = bake_level(light, params);
 
     let count = params.ratios + 1.0;
     let part = f32(select(largest, largest + 3, is_outside));
     let lower = min(floor(level), params.levels - 1.0);
     let share = level - lower;
-    let place = bake_places(ratios, axis);
-    let across = vec2f(bake_across(place.x, lower, params), bake_across(place.x, lower + 1.0, params));
+    // Few pixels have a negative channel.
+    var place = params.ratios * bake_roots(ratios, BAKE_ROOT);
+    if is_outside { place = bake_places(ratios, bake_ratios(largest, true, params)); }
+    let back = params.ratios - place.x;
+    let across = select(vec2f(place.x, back), vec2f(back, place.x), bake_is_backward(lower));
     let x = (across + count * vec2f(lower, lower + 1.0) + 0.5) * params.texel.x;
     let y = (place.y + count * part + 0.5) * params.texel.y;
     let low = tap(table, linear, vec2f(x.x, y)).rgb;
