@@ -184,8 +184,8 @@ impl Post {
 
     /// States the size in which the pipeline works, whatever the sizes of the [rectangles](Frame::rectangles) of its
     /// inputs: colors are filtered to it, and data takes the nearest texel. So a scene may be rendered at another size
-    /// in every frame without another plan. With `None` the size is that of the first input's rectangle, and another size
-    /// is another plan. Inputs without a rectangle keep their sizes.
+    /// in every frame without another plan. With `None` the size is that of the first input's rectangle, and another
+    /// size is another plan. Inputs without a rectangle keep their sizes.
     pub fn set_size(&mut self, size: Option<Size>) {
         self.bindings.size = size;
         self.plans.note_change();

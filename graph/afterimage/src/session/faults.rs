@@ -39,8 +39,8 @@ pub fn kernel_faults(session: &mut Session, size: Size, images: &[InputImage]) -
     Ok(found)
 }
 
-/// The errors of each baked LUT, in the order of [`Plan::baked`](afterimage_plan::Plan::baked). A frame is rendered
-/// once more, and `session` does not change.
+/// The errors of each baked LUT, in the order of [`Savings::baked`](afterimage_plan::Savings::baked). A frame is
+/// rendered once more, and `session` does not change.
 ///
 /// # Errors
 /// As [`Session::render`].

@@ -210,7 +210,7 @@ impl Walk<'_> {
     /// Common origin of all of these, apart from constants.
     fn common(&self, operands: &[Handle<Expression>]) -> Value {
         let mut others = operands.iter().filter(|operand| !self.is_constant(**operand));
-        let first = others.next().map_or(None, |first| self.root(*first));
+        let first = others.next().and_then(|first| self.root(*first));
         if others.all(|other| self.root(*other) == first) { first } else { None }
     }
 
