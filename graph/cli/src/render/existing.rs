@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use afterimage_graph::image::Size;
-use afterimage_media::{
-    ChannelDescription, ImageFormat, PartDescription, Source, Window, read_description, read_whole,
-};
+use afterimage_media::{ChannelDescription, PartDescription, Source, Window, read_description, read_whole};
 use afterimage_plan::Plan;
 
 use super::frames;
@@ -75,11 +73,12 @@ fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u
 
 /// True if a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
 fn has_channels(channels: &[ChannelDescription], target: &Target) -> bool {
-    let samples = match (target.saving.encoding.format, target.saving.encoding.bits) {
-        (ImageFormat::Exr, 32) => "float",
-        (ImageFormat::Exr, _) => "half",
-        (_, bits) if bits > 8 => "16 bits",
-        _ => "8 bits",
+    let encoding = &target.saving.encoding;
+    let samples = match (encoding.format.is_encoded(), encoding.bits) {
+        (false, 32) => "float",
+        (false, _) => "half",
+        (true, 9..) => "16 bits",
+        (true, _) => "8 bits",
     };
     let is_there = |letter: &str| {
         let name = |channel: &ChannelDescription| {

@@ -64,7 +64,10 @@ impl ImageFormat {
 
     /// Returns whether files hold codes of a transfer function; otherwise they hold linear color.
     pub fn is_encoded(self) -> bool {
-        matches!(self, Self::Png | Self::Jpeg)
+        match self {
+            Self::Exr | Self::Hdr => false,
+            Self::Png | Self::Jpeg => true,
+        }
     }
 
     /// The format by the ending of a file's name.

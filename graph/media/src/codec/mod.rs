@@ -64,9 +64,7 @@ pub fn decode(
 ) -> Result<Picture, CodecError> {
     let options = &options.into();
     let format = ImageFormat::of_content(&mut reader)?;
-    if let Some(space) =
-        options.space.filter(|space| !space.is_linear() && matches!(format, ImageFormat::Exr | ImageFormat::Hdr))
-    {
+    if let Some(space) = options.space.filter(|space| !space.is_linear() && !format.is_encoded()) {
         return Err(not_linear(&space));
     }
     guarded(|| match (format, layer) {
