@@ -86,7 +86,7 @@ fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
                 stride_pixel(first + vec2u(x, inside.z), size, params.step),
                 stride_pixel(first + vec2u(x, inside.w), size, params.step),
             );
-            if are_limited(colors) {
+            if are_limited(colors[0], colors[1], colors[2], colors[3]) {
                 grid_build_count(&run, grid_build_level(colors[0]));
                 if rows.y < extent.y { grid_build_count(&run, grid_build_level(colors[1])); }
                 if rows.z < extent.y { grid_build_count(&run, grid_build_level(colors[2])); }

@@ -63,7 +63,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         let c = stride_pixel(cell + 2u * down, size, params.step);
         let d = stride_pixel(cell + 3u * down, size, params.step);
         let colors = texels_loaded(source, a, b, c, d);
-        if are_limited(colors) {
+        if are_limited(colors[0], colors[1], colors[2], colors[3]) {
             if all(cell < sampled) { brightest = max(brightest, histogram_count(colors[0].rgb, a, size)); }
             if all(cell + down < sampled) { brightest = max(brightest, histogram_count(colors[1].rgb, b, size)); }
             if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_count(colors[2].rgb, c, size)); }

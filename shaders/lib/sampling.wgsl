@@ -118,24 +118,25 @@ fn texels_loaded(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> 
 }
 
 // True if sanitizing changes none of four texels.
-fn are_limited(texels: array<vec4f, 4>) -> bool {
+fn are_limited(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> bool {
     if TEXEL_SANITIZE == 0u { return true; }
-    var largest = sanitize_largest(bitcast<vec4u>(texels[0]), TEXEL_SANITIZE);
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[1]), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[2]), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[3]), TEXEL_SANITIZE));
+    var largest = sanitize_largest(bitcast<vec4u>(a), TEXEL_SANITIZE);
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(b), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(c), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(d), TEXEL_SANITIZE));
     return largest <= HALF_MAX_BITS;
 }
 
 // Four texels at positions inside. All are loaded before the first is examined, so that their latencies overlap.
 fn texels_inside(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> array<vec4f, 4> {
     let texels = texels_loaded(t, a, b, c, d);
+    if TEXEL_SANITIZE == 0u { return texels; }
     var first = texels[0];
     var second = texels[1];
     var third = texels[2];
     var fourth = texels[3];
     // With a return from within the branch, kernels take a third longer.
-    if !are_limited(texels) {
+    if !are_limited(first, second, third, fourth) {
         first = sanitize_loaded(t, a, first, TEXEL_SANITIZE);
         second = sanitize_loaded(t, b, second, TEXEL_SANITIZE);
         third = sanitize_loaded(t, c, third, TEXEL_SANITIZE);
