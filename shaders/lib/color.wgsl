@@ -10,7 +10,6 @@ fn luminance(rgb: vec3f) -> f32 {
 // Scene light in the Rec.709 basis with a luminance of 0 or more: colors outside of Rec.709 have negative components,
 // which become smaller where the luminance would be below 0. Light without negative components stays the same.
 fn extended_light(rgb: vec3f) -> vec3f {
-    if min(rgb.r, min(rgb.g, rgb.b)) >= 0.0 { return rgb; }
     let light = max(rgb, vec3f(0.0));
     let missing = luminance(light - rgb);
     let share = luminance(light) / max(missing, 1e-30);
