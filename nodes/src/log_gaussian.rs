@@ -3,6 +3,7 @@
 use afterimage_graph::prelude::*;
 
 use crate::gaussian_weights::GaussianWeights;
+use crate::metering::EXPOSED_OR_METERED;
 use crate::metering::stride;
 
 static SHADER: Shader = shader!("log_gaussian");
@@ -31,14 +32,7 @@ node_kind! {
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed image, or the scene with `meter`.")
-            .accepts(&[ColorState::Exposed, ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
-            .content("exposure")
-            .only_x()
-            .optional(),
-    ];
+    const INPUTS: &'static [Input] = &EXPOSED_OR_METERED;
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
         OutputState::Always(ColorState::LogLuminance),

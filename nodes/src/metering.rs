@@ -94,3 +94,13 @@ impl MeteringWeight {
         }
     }
 }
+
+/// The inputs of kinds that read exposed luminance: an exposed image, or the scene and the stops of a meter.
+pub(crate) const EXPOSED_OR_METERED: [Input; 2] = [
+    Input::image("source", "The exposed image, or the scene with `meter`.")
+        .accepts(&[ColorState::Exposed, ColorState::Scene]),
+    Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+        .content("exposure")
+        .only_x()
+        .optional(),
+];

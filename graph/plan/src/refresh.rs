@@ -84,7 +84,7 @@ pub(crate) fn refresh(passes: &mut [ScheduledPass], images: &[PlannedImage], bui
     let results = builder.savings.cached.iter();
     let mut cached: BTreeMap<Resource, Refresh> =
         results.flat_map(|cached| cached.results.iter().map(|result| (*result, cached.refresh))).collect();
-    // What is retained and is no result of a node is a table.
+    // A retained image that is not a result of a node is a baked LUT.
     for (_, id) in images.iter().zip(0..).filter(|(image, _)| image.origin == Origin::Retained) {
         cached.entry(Resource::Image(ImageId(id))).or_insert(Refresh::OnChange);
     }

@@ -100,8 +100,8 @@ impl Refresh {
         }
     }
 
-    /// Whether a frame of that number is due after one of the number `before`. Numbers may have any steps: it is due,
-    /// too, if a number between them is.
+    /// Returns whether a frame of that number is due after one of the number `before`, with any step between them: it
+    /// is due, too, if a number between them is.
     pub fn is_due(self, number: u32, before: u32) -> bool {
         let Self::Every { every, phase } = self else { return self == Self::EachFrame };
         let [now, then] =
