@@ -33,9 +33,9 @@ fn at_tier(text: &str, tier: Option<&str>) -> Graph {
 /// A device without any optional feature.
 fn without_features() -> Gpu {
     let gpu = gpu();
-    let plain = another_device(&gpu, wgpu::Features::empty(), gpu.adapter.limits());
-    let caps = afterimage_gpu::caps(&plain.adapter, &plain.device);
-    Gpu { caps, ..plain }
+    let mut plain = another_device(&gpu, wgpu::Features::empty(), gpu.adapter.limits());
+    plain.caps = afterimage_gpu::caps(&plain.adapter, &plain.device);
+    plain
 }
 
 /// A picture of one gray.

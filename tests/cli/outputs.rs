@@ -41,6 +41,7 @@ fn only_the_passes_of_the_outputs_that_are_written_run() {
     let passes = |outputs: &str| {
         let notes = folder.run(&format!("render {{hdr}} room.exr {outputs} --timings")).notes();
         // A processor times no passes.
+        assert!(!notes.contains("\\n"), "{notes}");
         let timed = notes.lines().filter_map(|line| line.split_once(" ms on the GPU: "));
         let untimed = notes.lines().filter_map(|line| line.split_once("not timed: "));
         timed.chain(untimed).map(|(_, label)| label.to_owned()).collect::<Vec<_>>()

@@ -41,7 +41,7 @@ pub fn another_device(gpu: &Gpu, required_features: wgpu::Features, required_lim
     let descriptor = wgpu::DeviceDescriptor { required_features, required_limits, ..Default::default() };
     let opened = pollster::block_on(gpu.adapter.request_device(&descriptor));
     let (device, queue) = opened.unwrap_or_else(|error| panic!("{error}"));
-    Gpu { adapter: gpu.adapter.clone(), device, queue, caps: gpu.caps.clone() }
+    Gpu::with_caps(&gpu.adapter, &device, &queue, gpu.caps.clone())
 }
 
 /// The shared device, which finishes its work when this is dropped. Nobody drops the device itself, which would wait: a

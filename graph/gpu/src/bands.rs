@@ -105,11 +105,10 @@ pub fn render_in_bands<R: BandReader, W: BandWriter<Error = R::Error>>(
 ) -> Result<BandStats, R::Error> {
     let device = &gpu.device;
     let mut halos = Halos::default();
-    let pipelines = Arc::default();
     let limits = BandLimits { side: limits.side.min(device.limits().max_texture_dimension_2d), ..limits };
     for starts in 1.. {
         let banding = plan.banding(limits, &halos, &|desc| heap::requirement(device, desc))?;
-        let compiled = compile::<R::Error>(device, plan, &banding, &pipelines)?;
+        let compiled = compile::<R::Error>(device, plan, &banding, &gpu.pipelines)?;
         let constants = FrameConstants::new(frame.step.time, frame.step.dt, frame.number, true);
         let mut renderer = BandRenderer::new(gpu, plan, &banding, &compiled, &constants, frame.blocks)?;
         if let Some(missing) = renderer.probe()? {

@@ -7,6 +7,7 @@ use afterimage_plan::{BandLimits, Caps, HostLimits, Options};
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
+use crate::pipelines::Pipelines;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
 use crate::platform::{caught, local_memory, used_memory, watched};
@@ -23,6 +24,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The capabilities that plans may use.
     pub caps: Caps,
+    /// The compiled pipelines of all [executors](Self::executor).
+    pub(crate) pipelines: Arc<Pipelines>,
 }
 
 /// Options for opening a device.
@@ -65,8 +68,13 @@ const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
 impl Gpu {
     /// The device of a host. The capabilities are those that it was opened with.
     pub fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        let caps = caps(adapter, device);
-        Self { adapter: adapter.clone(), device: device.clone(), queue: queue.clone(), caps }
+        Self::with_caps(adapter, device, queue, caps(adapter, device))
+    }
+
+    /// The same with capabilities that the host states.
+    pub fn with_caps(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue, caps: Caps) -> Self {
+        let (adapter, device, queue) = (adapter.clone(), device.clone(), queue.clone());
+        Self { adapter, device, queue, caps, pipelines: Arc::default() }
     }
 
     /// Opens a device without a window.
@@ -119,8 +127,7 @@ impl Gpu {
         let opened = caught("the device", || adapter.request_device(&descriptor))?.await;
         let (device, queue) =
             opened.map_err(|error| GpuError::NoDevice { adapter: info.name, why: error.to_string() })?;
-        let caps = caps(&adapter, &device);
-        Ok(Self { adapter, device, queue, caps })
+        Ok(Self::new(&adapter, &device, &queue))
     }
 
     /// The adapter's name.

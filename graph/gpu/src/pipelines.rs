@@ -43,7 +43,7 @@ pub(crate) struct Built {
 /// keeps the latest versions only: one takes 19 MiB on llvmpipe. A loaded plan holds its own pipelines.
 const KEPT: u64 = 8;
 
-/// The compiled pipelines, shared by all threads.
+/// The compiled pipelines of a device, shared by all executors and threads.
 #[derive(Default)]
 pub(crate) struct Pipelines {
     table: Mutex<PipelineTable<Built>>,

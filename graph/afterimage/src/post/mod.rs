@@ -78,7 +78,7 @@ impl Post {
     /// A graph on the host's device. Its plans rely on [`caps`].
     pub fn new(gpu: &Gpu, graph: Graph) -> Self {
         let caps = caps(&gpu.adapter, &gpu.device);
-        Self::with_executor(Executor::with_caps(&gpu.device, &gpu.queue, caps), graph)
+        Self::with_executor(gpu.executor_with(caps), graph)
     }
 
     /// The same with an executor that the host has made.
@@ -235,7 +235,7 @@ impl Post {
     pub fn rebuild(&mut self, gpu: &Gpu) {
         let pool = self.executor.compiler.pool.clone();
         self.fade.end(&mut self.executor, fade::NEW_BEGINNING);
-        self.executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
+        self.executor = gpu.executor_with(caps(&gpu.adapter, &gpu.device));
         self.executor.compiler.pool = pool;
         self.plans = self.plans.without_plans();
         self.readings.reset();

@@ -22,7 +22,7 @@ impl Post {
         let source = source.into();
         let files = files_of(&source);
         let snapshot = Snapshot::read(&source, files.clone())?;
-        let executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
+        let executor = gpu.executor_with(caps(&gpu.adapter, &gpu.device));
         let executor = match &source.pipeline_cache {
             Some(data) => executor.with_pipeline_cache(data),
             None => executor,

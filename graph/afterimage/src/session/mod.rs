@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use afterimage_gpu::internal::{ReadbackBatch, submit};
 use afterimage_gpu::wgpu::CommandEncoder;
-use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Readback, Texels};
+use afterimage_gpu::{Executor, FrameKind, FrameStep, Gpu, GpuError, InputImage, Readback, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::BlockData;
@@ -39,13 +39,17 @@ pub struct Session {
 impl Session {
     /// A session with the capabilities of `gpu.caps`.
     pub fn new(gpu: &Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
-        Self::with_pipeline_cache(gpu, graph, facts, options, &[])
+        Self::with_executor(gpu, gpu.executor(), graph, facts, options)
     }
 
     /// A session whose executor starts with the driver's pipelines of an earlier run, as
     /// [`pipeline_cache_data`](afterimage_gpu::Executor::pipeline_cache_data) returned them.
     pub fn with_pipeline_cache(gpu: &Gpu, graph: Graph, facts: Facts, options: Options, data: &[u8]) -> Self {
-        let mut post = Post::with_executor(gpu.executor().with_pipeline_cache(data), graph);
+        Self::with_executor(gpu, gpu.executor().with_pipeline_cache(data), graph, facts, options)
+    }
+
+    fn with_executor(gpu: &Gpu, executor: Executor, graph: Graph, facts: Facts, options: Options) -> Self {
+        let mut post = Post::with_executor(executor, graph);
         post.set_facts(facts);
         post.set_options(options);
         Self::of(gpu, post)

@@ -153,7 +153,7 @@ pub(crate) fn run(
     }
     let times = rendered?;
     if args.timings {
-        note(&times.to_string());
+        times.lines().iter().for_each(|line| note(line));
     }
     Ok(())
 }

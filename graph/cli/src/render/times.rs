@@ -19,22 +19,26 @@ pub(super) struct Times {
 }
 
 /// The reason why passes have no times.
-const UNTIMED: &str = "this adapter has no timestamps that part passes; `afterimage bench` times each pass alone";
+const UNTIMED: &str = "this adapter cannot time the passes of a frame; `afterimage bench` times each pass alone";
 
-impl std::fmt::Display for Times {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl Times {
+    /// The lines that `--timings` prints.
+    pub(super) fn lines(&self) -> Vec<String> {
         let ms = |time: Duration| time.as_secs_f64() * 1e3 / self.frames.max(1) as f64;
         let frames = if self.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", self.frames) };
-        writeln!(f, "{frames} in {:.3} s; milliseconds a frame:", self.all.as_secs_f64())?;
-        writeln!(f, "  read {:.1}, render {:.1}, write {:.1}", ms(self.read), ms(self.render), ms(self.write))?;
         let writers = if self.writers > 1 { format!("; {} threads write", self.writers) } else { String::new() };
-        writeln!(f, "  the device opened in {:.1}{writers}", self.start.as_secs_f64() * 1e3)?;
-        for (label, ms) in &self.passes {
-            match ms {
-                Some(ms) => writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?,
-                None => writeln!(f, "  not timed: {label}")?,
-            }
+        let mut lines = vec![
+            format!("{frames} in {:.3} s; milliseconds a frame:", self.all.as_secs_f64()),
+            format!("  read {:.1}, render {:.1}, write {:.1}", ms(self.read), ms(self.render), ms(self.write)),
+            format!("  the device opened in {:.1}{writers}", self.start.as_secs_f64() * 1e3),
+        ];
+        lines.extend(self.passes.iter().map(|(label, ms)| match ms {
+            Some(ms) => format!("  {ms:8.4} ms on the GPU: {label}"),
+            None => format!("  not timed: {label}"),
+        }));
+        if self.passes.iter().any(|(_, ms)| ms.is_none()) {
+            lines.push(format!("  {UNTIMED}"));
         }
-        if self.passes.iter().any(|(_, ms)| ms.is_none()) { writeln!(f, "  {UNTIMED}") } else { Ok(()) }
+        lines
     }
 }

@@ -64,9 +64,17 @@ pub struct Executor {
 }
 
 impl Gpu {
-    /// An executor with the capabilities of this device.
+    /// An executor with the capabilities of this device. Its executors share the pipelines that are compiled.
     pub fn executor(&self) -> Executor {
-        Executor::with_caps(&self.device, &self.queue, self.caps.clone())
+        self.executor_with(self.caps.clone())
+    }
+
+    /// An executor that relies on `caps`.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn executor_with(&self, caps: Caps) -> Executor {
+        let mut executor = Executor::with_caps(&self.device, &self.queue, caps);
+        executor.compiler.pipelines = self.pipelines.clone();
+        executor
     }
 }
 

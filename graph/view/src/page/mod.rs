@@ -10,7 +10,7 @@ mod files;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use afterimage_gpu::{ErrorLog, Gpu, caps, wanted_features, wgpu};
+use afterimage_gpu::{ErrorLog, Gpu, wanted_features, wgpu};
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
@@ -106,9 +106,7 @@ type Made = Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync
 impl Page {
     fn make(context: &eframe::CreationContext<'_>, address: Address, image: Option<Arrived>) -> Made {
         let state = context.wgpu_render_state.as_ref().ok_or("this browser has no WebGPU")?;
-        let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
-        let caps = caps(&adapter, &device);
-        let gpu = Gpu { adapter, device, queue, caps };
+        let gpu = Gpu::new(&state.adapter, &state.device, &state.queue);
         let errors = gpu.log_errors();
         let lost = "The graphics device was lost. Reload the page to go on.";
         gpu.device.set_device_lost_callback(|_, _| write("said", lost));
