@@ -1,5 +1,6 @@
-"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of a measurement, `table FOLDER` the rows of all, and
-`claims WHERE` writes graph/docs/measurements/tiers.csv, measured there, into the pipelines as what their tiers claim."""
+"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of one, `table FOLDER` the rows of all measurements, `times
+FOLDER` replaces times in graph/docs/measurements/tiers.csv, and `claims WHERE` writes that table, measured there, into
+the pipelines as what their tiers claim."""
 
 import csv
 import json
@@ -8,6 +9,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+TABLE = ROOT / "graph/docs/measurements/tiers.csv"
+SIZES = ("3840x2160", "1920x1080")
 # As `tune`, claims state errors this factor above the worst that was measured.
 MARGIN = 1.1
 
@@ -42,16 +45,41 @@ def table(folder):
         measured = json.loads(path.read_text())
         moving, new = (dict(tiers(json.loads(path.with_suffix(of).read_text()))) for of in (".walk.json", ".new.json"))
         for tier, row in tiers(measured):
-            times = [milliseconds(folder, path.stem, tier, size) for size in ("3840x2160", "1920x1080")]
+            times = [milliseconds(folder, path.stem, tier, size) for size in SIZES]
             figures = f"{times[0]:.3f},{times[1]:.3f},{row['p999']:.2f},{row['flip']:.3f}"
             worst = max(row["images"], key=lambda image: image["p999"])
             moves = f"{moving[tier]['p999']:.2f},{new[tier]['p999']:.2f},{new[tier]['flip']:.3f}"
             print(f"{path.stem},{tier},{figures},{worst['image']},{moves},{price[f'{path.stem} {tier}']}")
 
 
+def times(folder):
+    """New times for the table, whose errors stay."""
+    price = prices()
+    with TABLE.open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        name, tier = row["pipeline"], row["tier"]
+        row["ms_4k"], row["ms_1080p"] = (f"{milliseconds(folder, name, tier, size):.3f}" for size in SIZES)
+        row["mb_4k"], row["operations"] = price[f"{name} {tier}"].split(",")
+    with TABLE.open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def names(path):
+    """The tiers of a measurement, or of its pipeline in the table if nothing was measured."""
+    if path.exists():
+        of_pipeline = [name for name, _ in tiers(json.loads(path.read_text()))]
+    else:
+        with TABLE.open() as file:
+            of_pipeline = [row["tier"] for row in csv.DictReader(file) if row["pipeline"] == path.stem]
+    return [name for name in of_pipeline if name != "as written"]
+
+
 def claims(where):
     sections = {}
-    for row in csv.DictReader((ROOT / "graph/docs/measurements/tiers.csv").open()):
+    for row in csv.DictReader(TABLE.open()):
         if row["tier"] != "as written":
             p999, flip = (MARGIN * max(float(row[of]), float(row[f"{of}_new"])) for of in ("p999", "flip"))
             figures = f"ms: {row['ms_4k']}, p999: {p999:.2f}, flip: {flip:.3f}, on: {json.dumps(where)}"
@@ -64,9 +92,10 @@ def claims(where):
 
 command, path = sys.argv[1:]
 if command == "names":
-    rows = tiers(json.loads(Path(path).read_text()))
-    print(" ".join(name for name, _ in rows if name != "as written"))
+    print(" ".join(names(Path(path))))
 elif command == "table":
     table(Path(path))
+elif command == "times":
+    times(Path(path))
 else:
     claims(path)

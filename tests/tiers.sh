@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Times and errors of all tiers of the built-in pipelines: tests/tiers.sh FOLDER IMAGE...
+# Times and errors of all tiers of the built-in pipelines: tests/tiers.sh FOLDER [IMAGE...]
 # Runs the program of AFTERIMAGE, or `afterimage`, on the fastest graphics adapter; takes some ten minutes on a GPU. Times
 # are those of the built-in scene at 4K and 1080p. Errors are the worst over the images, a square at night and the charts,
 # in their own size, over eight frames of the walk through the built-in scene, and over the images of the folder NEW, on
 # which no tier was chosen. Writes the JSON of every run into the folder, and prints graph/docs/measurements/tiers.csv, of
-# which `tests/tiers.py claims WHERE` makes what tiers claim. PIPELINES has the names of those to measure; otherwise all
-# are.
+# which `tests/tiers.py claims WHERE` makes what tiers claim. Without images, only times are measured, in four minutes:
+# `tests/tiers.py times FOLDER` replaces them in the table. PIPELINES has the names of those to measure; otherwise all are.
 set -euo pipefail
-[ $# -ge 2 ] || { sed -n '2,8s/^# //p' "$0" >&2; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,8s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift
 program=${AFTERIMAGE:-afterimage}
 here=$(dirname "$0")
@@ -15,9 +15,11 @@ mkdir -p "$folder"
 for file in "$here"/../pipelines/*.ron; do
     name=$(basename "$file" .ron)
     [[ " ${PIPELINES:-$name} " == *" $name "* ]] || continue
-    "$program" measure "$file" "$@" "$here/../pipelines/scenes/square.exr" --charts --tiers --walk 1 --repeats 1 --json "$folder/$name.json" >/dev/null
-    "$program" measure "$file" --tiers --walk 8 --repeats 1 --json "$folder/$name.walk.json" >/dev/null
-    "$program" measure "$file" "${NEW:?}" --tiers --walk 1 --repeats 1 --json "$folder/$name.new.json" >/dev/null
+    if [ $# -gt 0 ]; then
+        "$program" measure "$file" "$@" "$here/../pipelines/scenes/square.exr" --charts --tiers --walk 1 --repeats 1 --json "$folder/$name.json" >/dev/null
+        "$program" measure "$file" --tiers --walk 8 --repeats 1 --json "$folder/$name.walk.json" >/dev/null
+        "$program" measure "$file" "${NEW:?}" --tiers --walk 1 --repeats 1 --json "$folder/$name.new.json" >/dev/null
+    fi
     for size in 3840x2160 1920x1080; do
         "$program" bench "$file" --size $size --frames 100 --json "$folder/$name.$size.json" >/dev/null
         for tier in $(python3 "$here/tiers.py" names "$folder/$name.json"); do
@@ -25,4 +27,4 @@ for file in "$here"/../pipelines/*.ron; do
         done
     done
 done
-python3 "$here/tiers.py" table "$folder"
+[ $# -eq 0 ] || python3 "$here/tiers.py" table "$folder"
