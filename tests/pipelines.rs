@@ -1,5 +1,7 @@
 //! Every built-in pipeline rendered under the validation layer, in every way and at every tier.
 
+use std::iter::zip;
+
 use afterimage_graph::check::Graph;
 use afterimage_lab::metrics::{PIXELS_PER_DEGREE, Range, Shown, flip, srgb_decode, srgb_encode};
 use afterimage_lab::tune::MARGIN;
@@ -232,6 +234,10 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
     assert_eq!(measured, known, "run tests/tiers.sh, and then tests/tiers.py claims");
 }
 
+/// The shares of bytes and of operations by which a plan may differ from the one that was timed. Passes wait for memory:
+/// a fifth more operations once took a tenth less time.
+const STALE: [f64; 2] = [0.02, 0.1];
+
 /// A time cannot be tested, but what was timed can: a row is stale when its plan costs more or less than it did then.
 #[test]
 fn the_times_of_tiers_are_of_their_plans() {
@@ -248,7 +254,8 @@ fn the_times_of_tiers_are_of_their_plans() {
         let name = format!("{pipeline} {tier}");
         let now = price(&name).unwrap_or_else(|| panic!("prices.txt has no `{name}`"));
         let timed = [megabytes, operations].map(|figure| figure.parse::<f64>().expect("a number"));
-        let is_as_timed = now.iter().zip(timed).all(|(now, timed)| (now - timed).abs() <= (0.02 * timed).max(0.051));
+        let is_as_timed =
+            zip(zip(now, timed), STALE).all(|((now, timed), share)| (now - timed).abs() <= share * timed + 0.051);
         assert!(
             is_as_timed,
             "`{name}` had {timed:?} MB and operations when it was timed, and has {now:?}: time it again"
