@@ -20,20 +20,30 @@ fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
+fn demo_writes_the_scene_every_pipeline_and_a_page() {
     let folder = Folder::new("demo");
-    let printed = folder.run("demo --size 64x36 --out made").good();
+    let run = folder.run("demo --size 64x36 --out made");
+    let (notes, printed) = (run.err.clone(), run.good());
     let names = |printed: &str| printed.lines().map(str::to_owned).collect::<Vec<_>>();
     let shown = fs::read_dir(super::built_in("lynx").with_file_name("")).expect("the built-in pipelines");
     let shown =
         shown.map(|entry| entry.expect("an entry").path()).filter(|path| path.extension().is_some_and(|e| e == "ron"));
     let shown =
         shown.map(|path| path.with_extension("png").file_name().map(|name| name.to_string_lossy().into_owned()));
-    let more = ["scene.exr", "contact-sheet.png"].map(|name| Some(name.to_owned()));
+    let more = ["scene.exr", "index.html"].map(|name| Some(name.to_owned()));
     for name in &shown.chain(more).flatten().collect::<Vec<_>>() {
         let path = folder.file("made").join(name);
         assert!(names(&printed).iter().any(|line| line.ends_with(name)), "{printed}");
         assert!(path.is_file(), "{name}");
+    }
+    let page = fs::read_to_string(folder.file("made/index.html")).expect("a page");
+    for line in notes.lines().filter_map(|line| line.strip_prefix("  afterimage render ")) {
+        assert!(page.contains(line), "{line}");
+        folder.run(&format!("render {line}")).good();
+    }
+    assert!(folder.file("tsushima.png").is_file(), "{notes}");
+    for image in page.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()) {
+        assert!(folder.file("made").join(image).is_file(), "{image}");
     }
     let scene = read(&Source::file(folder.file("made/scene.exr"))).expect("a scene");
     assert_eq!((scene.width, scene.height), (64, 36));

@@ -43,7 +43,7 @@ fn unknown(name: &str) -> Failure {
 }
 
 /// The first paragraph of the comment at the head of a pipeline.
-fn caption(text: &str) -> String {
+pub(crate) fn caption(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix("//")).map(str::trim);
     let lines: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
     lines.join(" ")

@@ -1,15 +1,15 @@
 //! `afterimage demo`: the built-in scene through every built-in pipeline.
 
 mod graph;
+mod page;
 
 use afterimage::offline::Session;
 use afterimage::offline::quantize::{EncodedFile, unquantized};
 use afterimage_gpu::{FrameStep, InputImage, Texels};
 use afterimage_graph::check::{Facts, Graph, GraphOutput};
-use afterimage_graph::color::Colorimetry;
-use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::image::Size;
 use afterimage_graph::node::{BlockData, NodeKind};
-use afterimage_media::{ImageFormat, run_files};
+use afterimage_media::{ImageFormat, rewrite, run_files};
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::files::registry;
 use crate::render::choose_output;
 use crate::save::{ImageInfo, SaveOptions, save};
-use crate::terminal::say;
+use crate::terminal::{note, say};
 use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
     let pictures = PIPELINES.iter().map(|(name, _)| format!("{name}.png"));
-    for name in pictures.chain(["scene.exr".to_owned(), "contact-sheet.png".to_owned()]) {
+    for name in pictures.chain(["scene.exr".to_owned(), page::FILE.to_owned()]) {
         run_files::writes(&args.out.join(name))?;
     }
     let gpu = open(&args.device)?;
@@ -47,7 +47,6 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let texels = scene.output("scene")?;
     saved("scene", &texels, stated(&scene, "scene"), ImageFormat::Exr)?;
     let images = ["scene", "depth", "normal", "motion"].map(|name| scene.output_image(name, name));
-    let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
         let graph = graph(&registry, name, text, Vec::new())?;
         let GraphOutput { name: output, source, .. } = choose_output(&graph, None, true)?.clone();
@@ -57,11 +56,12 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         keep_pipelines(&mut demo);
         let texels = demo.output(&output)?;
         saved(name, &texels, stated(&demo, &output), ImageFormat::Png)?;
-        tiles.push(texels);
     }
-    let sheet =
-        ImageInfo { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0, original: None };
-    saved("contact-sheet", &contact_sheet(&tiles), sheet, ImageFormat::Png)
+    let page = args.out.join(page::FILE);
+    rewrite(&page, page::page(&args.out).as_bytes())?;
+    say(&page.display().to_string());
+    page::commands(&args.out).iter().for_each(|line| note(line));
+    Ok(())
 }
 
 /// Properties of an output besides its texels.
@@ -82,36 +82,4 @@ fn render(
         session.set_block(&input.name, camera.clone());
     }
     Ok(session.render(images[0].desc.size, &images, FrameStep::FIRST)?)
-}
-
-/// Pixels between two images of the sheet.
-const GAP: usize = 8;
-
-/// All images at half size, two in a row.
-fn contact_sheet(tiles: &[Texels]) -> Texels {
-    let size = tiles.first().map_or(Size::new(1, 1), |tile| tile.desc.size);
-    let (width, height) = ((size.width as usize / 2).max(1), (size.height as usize / 2).max(1));
-    let columns = 2;
-    let rows = tiles.len().div_ceil(columns);
-    let sheet_width = GAP + columns * (width + GAP);
-    let sheet_height = GAP + rows * (height + GAP);
-    let mut sheet = vec![[0.12, 0.12, 0.12, 1.0]; sheet_width * sheet_height];
-    for (index, tile) in tiles.iter().enumerate() {
-        let (left, top) = (GAP + index % columns * (width + GAP), GAP + index / columns * (height + GAP));
-        let pixels = tile.to_floats();
-        for y in 0..height {
-            for x in 0..width {
-                sheet[(top + y) * sheet_width + left + x] = half_size(&pixels, size, x, y);
-            }
-        }
-    }
-    Texels::from_floats(sheet_width as u32, sheet_height as u32, &sheet)
-}
-
-/// The mean of the pixels that one pixel of the smaller image covers. Means of encoded values are sufficient for an
-/// overview.
-fn half_size(pixels: &[[f32; 4]], size: Size, x: usize, y: usize) -> [f32; 4] {
-    let (last_x, last_y) = (size.width as usize - 1, size.height as usize - 1);
-    let at = |dx: usize, dy: usize| pixels[(2 * y + dy).min(last_y) * size.width as usize + (2 * x + dx).min(last_x)];
-    std::array::from_fn(|c| (at(0, 0)[c] + at(1, 0)[c] + at(0, 1)[c] + at(1, 1)[c]) / 4.0)
 }
