@@ -37,19 +37,30 @@ fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> array<vec2f, 4> 
     let size = textureDimensions(picture);
     let last = vec2i(size) - 1;
     let p = vec2i(first);
-    let colors = texels_inside(
+    let colors = texels_loaded(
         picture,
         min(p, last),
         min(p + vec2i(0, 4), last),
         min(p + vec2i(0, 8), last),
         min(p + vec2i(0, 12), last),
     );
+    var found = vec4f(
+        luminance(colors[0].rgb),
+        luminance(colors[1].rgb),
+        luminance(colors[2].rgb),
+        luminance(colors[3].rgb),
+    );
+    if !are_limited(colors[0], colors[1], colors[2], colors[3]) {
+        for (var k = 0u; k < 4u; k++) {
+            found[k] = luminance(texel_inside(picture, min(p + vec2i(0, 4 * i32(k)), last)).rgb);
+        }
+    }
     var pixels: array<vec2f, 4>;
     for (var k = 0u; k < 4u; k++) {
         let cell = first + vec2u(0u, 4u * k);
         let uv = (vec2f(cell) + 0.5) / vec2f(size);
         let weight = select(0.0, mean_luminance_weight(uv, vec2f(size)), all(cell < size));
-        pixels[k] = vec2f(max(luminance(colors[k].rgb), 0.0), weight);
+        pixels[k] = vec2f(max(found[k], 0.0), weight);
     }
     return pixels;
 }

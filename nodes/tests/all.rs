@@ -3,4 +3,5 @@
 
 mod color_files;
 mod eetf;
+mod readme;
 mod tone_map;

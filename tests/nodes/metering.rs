@@ -74,6 +74,8 @@ fn a_histogram_has_the_requested_bins_and_range() {
     let text = "\"h\": Histogram(source: \"scene\", bins: 64, lo: -6.0, hi: 4.0, black: 0.0), \"result\": ProbeTable(table: \"h\")";
     let (header, bins) = read_table(&shown(text, &scene));
     assert_eq!(&header[1..], [-6.0, 4.0, 64.0]);
+    let value = text.replace("ProbeTable(table: \"h\")", "ShowValue(value: \"h.brightest\")");
+    assert_eq!(shown(&value, &scene).at(0, 0), header);
     let wanted = Bins { count: 64, low: -6.0, high: 4.0, black: 0.0 }.histogram(&sanitized(&scene));
     assert!(wanted[1] > 100 && wanted[63] > 0, "the range cuts both ends: {wanted:?}");
     assert_close(&bins, &wanted, "64 bins");

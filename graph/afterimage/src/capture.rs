@@ -151,7 +151,7 @@ impl Capture<'_> {
         let texels = download(&gpu.device, &gpu.queue, texture)?;
         let width = texels.desc.size.width as usize;
         let (mut size, mut floats) = ((texels.desc.size.width, texels.desc.size.height), texels.to_floats());
-        if let Some((_, part)) = frame.rectangles.iter().find(|(named, _)| named == name) {
+        if let Some(part) = frame.rectangle(name) {
             let (left, top) = (part.x as usize, part.y as usize);
             let rows = floats.chunks_exact(width).skip(top).take(part.height as usize);
             floats = rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect();

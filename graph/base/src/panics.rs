@@ -33,7 +33,8 @@ fn install_filter() {
     }));
 }
 
-fn message_of(payload: &(dyn Any + Send)) -> String {
+/// The message of a panic.
+pub fn message_of(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no reason is given".to_owned())
 }

@@ -110,9 +110,9 @@ impl Canvas {
         ));
     }
 
-    /// A filled rectangle: left, top, width and height. Tooltips are left out where they are empty, here and below.
-    pub fn bar(&mut self, rectangle: [f64; 4], fill: &str, edge: Option<&str>, tooltip: &str) {
-        let [x, y, width, height] = rectangle;
+    /// A filled box: left, top, width and height. Tooltips are left out where they are empty, here and below.
+    pub fn bar(&mut self, area: [f64; 4], fill: &str, edge: Option<&str>, tooltip: &str) {
+        let [x, y, width, height] = area;
         let edge = edge.map_or(String::new(), |edge| format!(" stroke=\"{edge}\" stroke-width=\"0.8\""));
         let round = if height > 6.0 { 2.0 } else { 0.0 };
         self.element(format_args!(

@@ -39,7 +39,7 @@
 //!   `AutoExposure`, and a tone curve or dither that is set later, are warned about.
 //! * [`Target::MainTexture`] leaves linear light for what Bevy draws later, such as UI: the last pass decodes what the
 //!   pipeline has encoded. [`Target::Output`] writes the window or image without Bevy's copy, and nothing comes on top.
-//! * A camera with a `viewport` writes that rectangle only. A viewport may move without a plan; another size needs one.
+//! * A camera with a `viewport` writes nothing around it. A viewport may move without a plan; another size needs one.
 //!   With `Target::MainTexture` the result is copied back.
 //! * Each camera has its own histories and adaptation. Cameras with one pipeline share plans and compiled passes.
 //!   Cameras that draw on one another (`ClearColorConfig::None`) share a main texture only with equal

@@ -49,7 +49,9 @@ pub use bands::{BandReader, BandStats, BandWriter, BandedFrame, bytes_of_whole_f
 pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
-pub use executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw, LoadedPlan, Preparation, Rectangle};
+pub use executor::{
+    DrawTargets, Executor, Frame, FrameKind, HostDraw, LoadedPlan, Preparation, Rectangle, color_pass_in,
+};
 pub use full_screen::{FullScreenPipeline, color_pass};
 #[cfg(not(target_family = "wasm"))]
 pub use input_image::{FrameStep, InputImage, input_image};

@@ -172,7 +172,7 @@ impl<'a> RecordAttempt<'a> {
         }
     }
 
-    /// The rectangle of an input that a frame states.
+    /// The image of an input as a frame crops it.
     fn cropped(&mut self, index: usize, input: &GraphInput, part: Part, image: ImageId) -> ImageId {
         let cropped = finite_image(format!("{}.cropped", input.name), self.builder.recording.image(image));
         let result = self.builder.recording.add_image(cropped);

@@ -8,6 +8,7 @@
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`documents`] | does everything exist that a document links to and names? |
 //! | [`promises`] | does a test hold each promise of a document? |
+//! | [`stages`] | does the documentation name the stages of the planner? |
 //! | [`calls`] | is there a call for which the house has another one? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
@@ -28,6 +29,7 @@ mod paths;
 pub mod places;
 pub mod promises;
 mod scopes;
+pub mod stages;
 pub mod tokens;
 pub mod unsafes;
 pub mod workspace;

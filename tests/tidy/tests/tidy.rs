@@ -4,7 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{calls, documents, files, layers, licenses, opens, packages, places, promises, unsafes};
+use afterimage_tidy::{calls, documents, files, layers, licenses, opens, packages, places, promises, stages, unsafes};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -66,6 +66,16 @@ fn places_that_documents_name_exist() {
     let named = text.matches("` in `").count();
     assert!(named > 60, "only {named} functions are named");
     assert_none(&places::violations(&root, &text));
+}
+
+#[test]
+fn the_table_of_stages_is_the_list_of_calls_of_the_planner() {
+    let root = Workspace::this().root;
+    let (table, planner) =
+        (read(&root.join("graph/docs/ARCHITECTURE.md")), read(&root.join("graph/plan/src/planner.rs")));
+    let called = stages::called(&planner);
+    assert!(called.len() > 10, "only {} stages are found", called.len());
+    assert_eq!(stages::documented(&table), called);
 }
 
 #[test]

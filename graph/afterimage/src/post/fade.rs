@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterimage_gpu::internal::{Fork, Residency, has_host_draws, part_view, scoped, watched};
 use afterimage_gpu::wgpu::{self, CommandEncoder, Device, RenderPipeline, TextureFormat, TextureUsages, TextureView};
 use afterimage_gpu::{
-    Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, LoadedPlan, Rectangle, color_pass,
+    Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, LoadedPlan, Rectangle, color_pass_in,
 };
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Resource;
@@ -218,12 +218,9 @@ impl RunningFade {
             }))
         })?;
         let rectangle = frame.rectangle(name);
-        // The texels around a rectangle stay.
-        let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-        let mut pass = color_pass(encoder, Some("afterimage fade"), view, load);
+        let mut pass = color_pass_in(encoder, Some("afterimage fade"), view, rectangle);
         if let Some(Rectangle { x, y, width, height }) = rectangle {
             pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-            pass.set_scissor_rect(x, y, width, height);
         }
         pass.set_pipeline(&mixer.pipeline);
         pass.set_bind_group(0, &images, &[]);

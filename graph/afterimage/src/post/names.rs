@@ -53,9 +53,7 @@ impl NameCheck {
         for name in &bindings.linear {
             warn(&mut warnings, graph, "the pipeline has no output", name, &outputs);
         }
-        let stated = frame.rectangles.iter().map(|(name, _)| *name).chain(frame.formats.iter().map(|(name, _)| *name));
-        let stated = stated.chain(frame.levels.iter().map(|(name, _)| *name));
-        for name in stated {
+        for name in frame.described_ports() {
             warn(&mut warnings, graph, "the pipeline has no input or output", name, &ports);
         }
         let facts = graph.facts();

@@ -9,15 +9,19 @@ use afterimage_plan::Plan;
 
 use super::frames;
 use super::jobs::Job;
+use super::prepared::{Prepared, has_state, typical_size};
 use super::read::read_options;
 use super::request::{Request, is_picture};
 use super::target::Target;
 use crate::args::files::OtherSize;
 
 /// For each job, whether all of its files are there and whole: they are decoded, and have the size and the numbers that
-/// would be written.
-pub(super) fn done(request: &Request<'_>, plan: impl Fn(Size) -> Option<Plan>) -> Vec<bool> {
-    let mut plans = BTreeMap::new();
+/// would be written. Also, whether frames leave something for later ones.
+pub(super) fn done(prepared: &Prepared<'_>) -> (Vec<bool>, bool) {
+    let request = &prepared.request;
+    let typical = prepared.typical_plan();
+    let has_state = has_state(typical.as_ref());
+    let mut plans = BTreeMap::from([(typical_size(), typical)]);
     let mut first = None;
     let mut done = Vec::new();
     for job in &request.jobs {
@@ -31,13 +35,13 @@ pub(super) fn done(request: &Request<'_>, plan: impl Fn(Size) -> Option<Plan>) -
             done.push(false);
             continue;
         };
-        let plan = plans.entry((size.width, size.height)).or_insert_with(|| plan(size));
+        let plan = plans.entry(size).or_insert_with(|| prepared.plan(size));
         let mut files = job.out.iter().zip(&request.targets);
         done.push(plan.as_ref().is_some_and(|plan| {
             files.all(|(file, target)| is_whole(request, file, target, output_size(request, plan, target)))
         }));
     }
-    done
+    (done, has_state)
 }
 
 /// The size of a job's first image, from the headers of its file.

@@ -6,6 +6,7 @@ mod frames;
 mod jobs;
 mod meter;
 mod metered;
+mod prepared;
 mod read;
 mod readings;
 mod repairs;
@@ -18,22 +19,15 @@ mod write;
 
 use std::time::Instant;
 
-use afterimage_graph::check::{Facts, Graph, GraphInput};
-use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
-use afterimage_media::run_files;
-use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::{self, PipelineFile, assignments, facts, typical_caps};
 use crate::terminal::note;
-use metered::{Metered, has_meter, no_meter, unmetered};
-use read::check_spaces;
+use metered::{has_meter, unmetered};
+use prepared::{Prepared, has_state, prepare};
 use readings::{FrameReport, Outcome, Report};
-use request::Request;
-use target::{Target, targets};
+use target::targets;
 use times::Times;
 
 pub(crate) use jobs::tell_other_numbers;
@@ -61,10 +55,10 @@ pub(crate) struct Sequence {
 
 /// The frames that a run with these arguments would render.
 pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequence, Failure> {
-    let Prepared { request, graph, facts, options } = prepare(args, tables, targets)?;
-    let plan = typical_plan(&request, &graph, facts, options, typical_size());
-    // A pipeline that cannot be planned at that size is rendered as if it had state, which is never wrong.
-    let has_state = plan.as_ref().is_none_or(|plan| !plan.state().is_empty());
+    let prepared = prepare(args, tables, targets)?;
+    let plan = prepared.typical_plan();
+    let has_state = has_state(plan.as_ref());
+    let request = prepared.request;
     let is_metered =
         plan.as_ref().is_some_and(|plan| has_meter(plan) && unmetered(plan).all(|item| item.reach.is_some()));
     let frames: Vec<u32> = request.jobs.iter().filter(|job| job.is_written).filter_map(|job| job.frame).collect();
@@ -75,48 +69,6 @@ pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequ
     Ok(Sequence { frames, cuts: request.cuts.into_iter().collect(), files, has_state, is_metered, step, begins_within })
 }
 
-/// The result of [`prepare`].
-struct Prepared<'a> {
-    request: Request<'a>,
-    graph: Graph,
-    facts: Facts,
-    options: Options,
-}
-
-/// Reads the pipeline, finds all files, and claims those that are written. Without targets nothing is rendered.
-fn prepare<'a>(
-    args: &'a RenderArgs,
-    tables: &[&[NodeKind]],
-    targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
-) -> Result<Prepared<'a>, Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
-    let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds);
-    let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
-    let (facts, options) = (facts(&args.options)?, args.plan.options());
-    let named_inputs = assignments(&args.inputs, "--input")?;
-    let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
-    check_spaces(&request)?;
-    if let Some(name) = &args.meter {
-        let plan = typical_plan(&request, &graph, facts.clone(), options, typical_size());
-        if let Some(plan) = plan.as_ref().filter(|plan| !has_meter(plan)) {
-            return Err(no_meter(plan));
-        }
-        let reach = plan.iter().flat_map(unmetered).filter_map(|item| item.reach).max();
-        request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
-    }
-    for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
-        let what = if request.has_camera(name) { "camera" } else { "image" };
-        run_files::reads(&source.path, &format!("the {what} of input `{name}`"));
-    }
-    for out in request.jobs.iter().flat_map(|job| &job.out) {
-        if args.skip_existing { run_files::claims(out)? } else { run_files::writes(out)? }
-    }
-    args.json.iter().try_for_each(|out| run_files::writes(out))?;
-    let graph = if request.is_measuring() { graph } else { request.prepare(graph) };
-    Ok(Prepared { request, graph, facts, options })
-}
-
 /// Renders. `cache` is that of a run with these arguments, if there may be another one.
 pub(crate) fn run(
     args: &RenderArgs,
@@ -124,16 +76,15 @@ pub(crate) fn run(
     cache: Option<&mut Option<WatchCache>>,
 ) -> Result<(), Failure> {
     let start = Instant::now();
-    let Prepared { mut request, graph, facts, options } = prepare(args, tables, targets)?;
+    let mut prepared = prepare(args, tables, targets)?;
     let mut report = Report::default();
     if args.skip_existing {
-        let plan = |size| typical_plan(&request, &graph, facts.clone(), options, size);
-        let has_state = plan(typical_size()).is_none_or(|plan| !plan.state().is_empty());
-        let done = existing::done(&request, plan);
-        request.skip(&done, has_state);
-        let skipped = request.skipped.iter();
+        let (done, has_state) = existing::done(&prepared);
+        prepared.request.skip(&done, has_state);
+        let skipped = prepared.request.skipped.iter();
         report.skipped = skipped.map(|job| FrameReport::without_picture(job, Outcome::Skipped, None)).collect();
     }
+    let Prepared { request, graph, facts, options } = prepared;
     let rendered = if request.jobs.is_empty() {
         Ok(Times::default())
     } else {
@@ -156,22 +107,4 @@ pub(crate) fn run(
         times.lines().iter().for_each(|line| note(line));
     }
     Ok(())
-}
-
-/// The size of a typical image.
-fn typical_size() -> Size {
-    Size::new(1920, 1080)
-}
-
-/// The plan for a typical device: what frames leave for later ones, and the sizes of outputs, are the same on all.
-/// `None` if the pipeline cannot be planned at that size.
-fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options, size: Size) -> Option<Plan> {
-    let given = request.jobs.first().map_or(&[][..], |job| &job.sources);
-    let is_given = |input: &&GraphInput| !input.optional || given.iter().any(|(name, _)| *name == input.name);
-    let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
-    // A pass that makes several images would make each of them look as if it followed from all that the pass reads.
-    let options = Options { fuse: false, ..options };
-    let request = pipeline::request(graph, size, facts, options, typical_caps(), &Requirement::typical);
-    let given = HostInputs::all(size, graph.inputs.iter().filter(is_given), image);
-    plan_without_tables(graph, &PlanRequest { given, ..request }).ok()
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
+use afterimage_graph::diagnostic::list;
 use afterimage_graph::image::ColorState;
 use afterimage_media::{Alpha, Encoding, ImageFormat};
 
@@ -154,13 +155,31 @@ fn unknown_format(name: &str) -> Failure {
     if Path::new(name).is_dir() {
         return Failure::user(format!("`{name}` is a folder")).hint("name the file: `folder/out.png`");
     }
-    Failure::user(format!("`{name}` ends in none of `.png`, `.jpg` and `.exr`"))
-        .hint("`.png` and `.jpg` take an encoded output, `.exr` a linear one")
+    let (encoded, linear) = (written_endings(true), written_endings(false));
+    let quoted = |endings: &[String]| list(endings.iter().map(String::as_str), usize::MAX);
+    Failure::user(format!("`{name}` ends in none of {}", quoted(&[&*encoded, &*linear].concat()))).hint(format!(
+        "{} take an encoded output, {} a linear one",
+        quoted(&encoded),
+        quoted(&linear)
+    ))
+}
+
+/// The usual endings of the files that are written, of those that hold encoded pictures or of the others.
+fn written_endings(are_encoded: bool) -> Vec<String> {
+    let formats = ImageFormat::ALL.into_iter().filter(|format| is_written(*format));
+    formats
+        .filter(|format| format.is_encoded() == are_encoded)
+        .map(|format| format!(".{}", format.endings()[0]))
+        .collect()
+}
+
+fn is_written(format: ImageFormat) -> bool {
+    !format.depths().is_empty()
 }
 
 /// The format by the ending of a name; `None` if it is not written.
 fn written_format(name: &str) -> Option<ImageFormat> {
-    ImageFormat::of_name(name).filter(|format| !format.depths().is_empty())
+    ImageFormat::of_name(name).filter(|format| is_written(*format))
 }
 
 /// The bits of a channel: those of `--depth` if the format has them. PQ and HLG need more than eight.

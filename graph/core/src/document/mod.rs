@@ -44,6 +44,7 @@ mod claim;
 pub(crate) mod edit;
 mod entries;
 mod input_options;
+mod literal;
 mod output;
 mod parser;
 mod quotes;
@@ -52,6 +53,7 @@ mod recover;
 mod shape;
 mod syntax;
 mod token;
+mod tokens;
 mod tree;
 mod unknown;
 

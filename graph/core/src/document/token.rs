@@ -68,7 +68,7 @@ fn is_word(c: char) -> bool {
 /// Reads tokens one after the other.
 pub(super) struct Lexer<'a> {
     file: &'a Arc<str>,
-    text: &'a str,
+    pub(super) text: &'a str,
     at: usize,
     line: usize,
     indent: Option<usize>,
@@ -88,7 +88,7 @@ impl<'a> Lexer<'a> {
         &self.text[self.at..]
     }
 
-    fn location(&self, start: usize, end: usize) -> Location {
+    pub(super) fn location(&self, start: usize, end: usize) -> Location {
         Location::new(self.file, start..end)
     }
 

@@ -83,7 +83,7 @@ pub enum KernelOrigin {
         /// Number of kernels that the node records before it.
         kernel: usize,
     },
-    /// The one that reads the host's rectangle of an input, by the index of the input in the graph.
+    /// The one that crops the host's image of an input, by the index of the input in the graph.
     Input(usize),
 }
 

@@ -15,26 +15,27 @@ use afterimage_base::value::{Param, Value, When};
 use afterimage_wgsl::Shader;
 
 /// Inputs of a node of a specialized graph that are zero or absent.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct InputValues {
-    zero: Vec<Shared<str>>,
-    absent: Vec<Shared<str>>,
+    kind: NodeKind,
+    zero: Vec<usize>,
+    absent: Vec<usize>,
 }
 
 impl InputValues {
-    /// From the names of the inputs that are exactly zero and of those that are unwired or off.
-    pub fn new(zero: Vec<Shared<str>>, absent: Vec<Shared<str>>) -> Self {
-        Self { zero, absent }
+    /// From the indices of the inputs that are exactly zero and of those that are unwired or off.
+    pub fn new(kind: NodeKind, zero: Vec<usize>, absent: Vec<usize>) -> Self {
+        Self { kind, zero, absent }
     }
 
-    /// Returns whether the input is known to be zero everywhere; false for a name of no input.
+    /// Returns whether the input is known to be zero everywhere. Panics if the kind has none of that name.
     pub fn is_zero(&self, port: &str) -> bool {
-        self.zero.iter().any(|name| name == port)
+        self.zero.contains(&self.kind.signature().input_index(port))
     }
 
-    /// Returns whether nothing arrives at the input; false for a name of no input.
+    /// Returns whether nothing arrives at the input. Panics if the kind has none of that name.
     pub fn is_absent(&self, port: &str) -> bool {
-        self.absent.iter().any(|name| name == port)
+        self.absent.contains(&self.kind.signature().input_index(port))
     }
 }
 

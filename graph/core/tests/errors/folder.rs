@@ -71,8 +71,9 @@ fn a_node_is_skipped_where_every_parameter_is_neutral() {
     let kind = kind.unwrap_or_else(|reported| panic!("{reported}"));
     let is_skipped = |levels, amount, absent: &[&'static str]| {
         let node = NodeInstance::new(kind.clone(), vec![Value::Float(levels), Value::Float(amount)]);
-        let absent = absent.iter().map(|name| (*name).into()).collect();
-        node.identity_of("result", &InputValues::new(Vec::new(), absent))
+        let is_absent = |index: &usize| absent.contains(&&*kind.inputs()[*index].name);
+        let absent = (0..kind.inputs().len()).filter(is_absent).collect();
+        node.identity_of("result", &InputValues::new(kind.clone(), Vec::new(), absent))
     };
     assert!(is_skipped(256.0, 0.0, &[]));
     assert!(!is_skipped(256.0, 1.0, &[]) && !is_skipped(4.0, 0.0, &[]));

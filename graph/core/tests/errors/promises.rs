@@ -42,7 +42,7 @@ struct Declared {
     inputs: Vec<Input>,
     outputs: Vec<Output>,
     record: fn(&Values, &mut Recorder<'_>),
-    identity: fn(&Values, &str) -> bool,
+    identity: fn(&Values, &InputValues) -> bool,
 }
 
 /// A node of the kind at its values.
@@ -70,8 +70,8 @@ impl Kind for Declared {
 }
 
 impl Node for Values {
-    fn identity_of(&self, output: &str, _: &InputValues) -> bool {
-        (self.1.identity)(self, output)
+    fn identity_of(&self, _: &str, inputs: &InputValues) -> bool {
+        (self.1.identity)(self, inputs)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         (self.1.record)(self, pass);
@@ -337,6 +337,7 @@ const RECORDED: &[(&str, Change)] = &[
     }),
     ("nothing but fallbacks", |d| d.identity = |_, _| true),
     ("a fallback at the default alone", |d| d.identity = |values, _| values.0[0] == Value::Float(0.5)),
+    ("an identity by no input", |d| d.identity = |_, inputs| inputs.is_absent("elsewhere")),
     ("a buffer of the largest size", |d| {
         d.record = |values, pass| {
             plain(values, pass);

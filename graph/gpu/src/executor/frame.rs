@@ -68,6 +68,13 @@ impl Frame<'_> {
         self.rectangles.iter().find(|(name, _)| *name == port).map(|(_, rectangle)| *rectangle)
     }
 
+    /// The inputs and outputs of whose images it states more than a view.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn described_ports(&self) -> impl Iterator<Item = &str> {
+        let rectangles = self.rectangles.iter().map(|(name, _)| *name);
+        rectangles.chain(self.formats.iter().map(|(name, _)| *name)).chain(self.levels.iter().map(|(name, _)| *name))
+    }
+
     /// The mip level that a view begins with, as far as it is stated.
     pub(crate) fn stated_level(&self, port: &str) -> Option<u32> {
         self.levels.iter().find(|(name, _)| *name == port).map(|(_, level)| *level)

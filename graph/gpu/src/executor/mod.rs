@@ -45,7 +45,7 @@ pub use loaded::residency::Residency;
 use loaded::uniforms::Staging;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
 use recorded::{Lost, RecordedFrames};
-pub use rectangle::Rectangle;
+pub use rectangle::{Rectangle, color_pass_in};
 
 /// Runs plans on the host's device.
 pub struct Executor {

@@ -62,7 +62,7 @@ pub struct PartDescription {
     pub tiles: Option<[u64; 2]>,
 }
 
-/// A rectangle of pixels.
+/// An area of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
     /// The first column.

@@ -2,47 +2,37 @@
 
 use exr::meta::attribute::{Compression, SampleType};
 
-/// Ways to pack an EXR file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ExrCompression {
-    /// Not packed: the fastest to write, the largest.
-    None,
-    /// Run lengths, for flat areas.
-    Rle,
-    /// Deflate, sixteen rows at a time.
-    #[default]
-    Zip,
-    /// Deflate, row by row.
-    Zips,
-    /// Wavelets and Huffman codes: the smallest lossless one for grainy pictures.
-    Piz,
-    /// Deflate after differences, sixteen rows at a time; floats lose their last eight bits.
-    Pxr24,
-    /// Halves become blocks of a fixed size, with losses.
-    B44,
-    /// The same, with smaller blocks for flat areas.
-    B44a,
-    /// Cosines, with losses, 32 rows at a time.
-    Dwaa,
-    /// Cosines, with losses, 256 rows at a time.
-    Dwab,
+use super::format::listed;
+
+listed! {
+    /// Ways to pack an EXR file.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum ExrCompression {
+        /// Not packed: the fastest to write, the largest.
+        None,
+        /// Run lengths, for flat areas.
+        Rle,
+        /// Deflate, row by row.
+        Zips,
+        /// Deflate, sixteen rows at a time.
+        #[default]
+        Zip,
+        /// Wavelets and Huffman codes: the smallest lossless one for grainy pictures.
+        Piz,
+        /// Deflate after differences, sixteen rows at a time; floats lose their last eight bits.
+        Pxr24,
+        /// Halves become blocks of a fixed size, with losses.
+        B44,
+        /// The same, with smaller blocks for flat areas.
+        B44a,
+        /// Cosines, with losses, 32 rows at a time.
+        Dwaa,
+        /// Cosines, with losses, 256 rows at a time.
+        Dwab,
+    }
 }
 
 impl ExrCompression {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::None,
-        Self::Rle,
-        Self::Zips,
-        Self::Zip,
-        Self::Piz,
-        Self::Pxr24,
-        Self::B44,
-        Self::B44a,
-        Self::Dwaa,
-        Self::Dwab,
-    ];
-
     /// The name that OpenEXR has for it.
     pub fn name(self) -> &'static str {
         compression_name(self.method())

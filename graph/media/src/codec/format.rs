@@ -5,23 +5,36 @@ use std::path::Path;
 
 use crate::codec::{CodecError, ErrorKind};
 
-/// A format of image files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ImageFormat {
-    /// OpenEXR: linear color, or data.
-    Exr,
-    /// Radiance: linear color. Such files are read, and not written.
-    Hdr,
-    /// PNG: codes of a transfer function.
-    Png,
-    /// JPEG: codes of a transfer function.
-    Jpeg,
+/// Declares an enum with an array of its values.
+macro_rules! listed {
+    ($(#[$attribute:meta])* pub enum $name:ident { $($(#[$doc:meta])* $value:ident,)+ }) => {
+        $(#[$attribute])*
+        pub enum $name { $($(#[$doc])* $value,)+ }
+
+        impl $name {
+            /// All values, in the order of their declaration.
+            pub const ALL: [Self; [$(Self::$value),+].len()] = [$(Self::$value),+];
+        }
+    };
+}
+pub(super) use listed;
+
+listed! {
+    /// A format of image files.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ImageFormat {
+        /// OpenEXR: linear color, or data.
+        Exr,
+        /// Radiance: linear color. Such files are read, and not written.
+        Hdr,
+        /// PNG: codes of a transfer function.
+        Png,
+        /// JPEG: codes of a transfer function.
+        Jpeg,
+    }
 }
 
 impl ImageFormat {
-    /// All formats.
-    pub const ALL: [Self; 4] = [Self::Exr, Self::Hdr, Self::Png, Self::Jpeg];
-
     /// The endings of file names, in lower case; the usual one first.
     pub fn endings(self) -> &'static [&'static str] {
         match self {
@@ -103,6 +116,7 @@ fn unknown_format(start: &[u8]) -> CodecError {
         [(b"II*\0", "a TIFF"), (b"MM\0*", "a TIFF"), (b"GIF8", "a GIF"), (b"SDPX", "a DPX"), (b"XPDS", "a DPX")];
     let found = KNOWN.iter().find(|(magic, _)| start.starts_with(magic));
     let what = found.map_or("not an image that this program knows", |(_, name)| name);
+    let [others @ .., last] = ImageFormat::ALL.map(ImageFormat::name);
     CodecError::new(ErrorKind::Unsupported, format!("this is {what}"))
-        .hint("EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them")
+        .hint(format!("{} and {last} files are read; convert it to one of them", others.join(", ")))
 }

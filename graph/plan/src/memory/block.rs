@@ -1,4 +1,4 @@
-//! The blocks that placement packs: images as rectangles of bytes and batches.
+//! The blocks that placement packs: images as boxes of bytes and batches.
 
 /// An image as the placement sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Offsets in one heap: images, as rectangles of bytes and time, must not overlap.
+//! Offsets in one heap: images, as boxes of bytes and time, must not overlap.
 //!
 //! The least height is the most bytes that live at once, and no placement can be lower. Finding the best placement is
 //! NP-hard; the largest first, each into the smallest gap that holds it, reaches the bound on most graphs of image

@@ -144,14 +144,14 @@ fn inputs(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> InputV
     let node = &graph.nodes[index];
     let mut zero = Vec::new();
     let mut absent = Vec::new();
-    for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
+    for (input, wire) in node.wires.iter().enumerate() {
         match specialized.resolve(*wire) {
-            WireSource::Zero => zero.push(port.name.clone()),
-            WireSource::Absent => absent.push(port.name.clone()),
+            WireSource::Zero => zero.push(input),
+            WireSource::Absent => absent.push(input),
             WireSource::From(_) => {}
         }
     }
-    InputValues::new(zero, absent)
+    InputValues::new(node.kind().clone(), zero, absent)
 }
 
 /// The source of readers of an output whose node does not run.

@@ -92,7 +92,7 @@ fn field() -> Id {
     Id::new("text of the pipeline")
 }
 
-/// The rectangle of the first row of a line; a long one may have several.
+/// The area of the first row of a line; a long one may have several.
 fn line_rect(output: &TextEditOutput, line: usize) -> Option<egui::Rect> {
     let rows = &output.galley.rows;
     let ends = rows.iter().enumerate().filter(|(_, row)| row.ends_with_newline).map(|(index, _)| index + 1);

@@ -80,7 +80,7 @@ fn fonts() -> FontDefinitions {
 mod tests {
     use super::*;
 
-    /// The rectangle of a glyph.
+    /// The area of a glyph in the texture of its font.
     fn drawn(ctx: &egui::Context, font: &FontId, letter: char) -> impl PartialEq {
         let line = ctx.fonts_mut(|fonts| fonts.layout_no_wrap(letter.into(), font.clone(), Color32::WHITE));
         line.rows[0].glyphs[0].uv_rect

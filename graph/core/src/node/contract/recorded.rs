@@ -1,6 +1,5 @@
 //! A recording of a kind: at values of its parameters, with something at its inputs.
 
-use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -13,6 +12,7 @@ use crate::node::{
 use afterimage_base::caps::Caps;
 use afterimage_base::color::{Chromaticities, Colorimetry};
 use afterimage_base::image::{ColorState, ImageDesc, Signedness, Size};
+use afterimage_base::panics::{catch_panic, message_of};
 use afterimage_wgsl::ShaderError;
 
 /// A use of a node.
@@ -50,6 +50,8 @@ pub(super) struct Recorded {
     pub(super) input_images: usize,
 }
 
+const FAILS: &str = "recording fails";
+
 /// Tables that a recording has computed.
 pub(super) type Tables = BTreeMap<String, Arc<[u8]>>;
 
@@ -62,22 +64,31 @@ impl Use<'_> {
     /// Records the node; `None` where it refuses its values, such as a missing file, where its fallbacks replace
     /// it, and where recording fails, which is a violation.
     pub(super) fn record(&self, computed: Tables, violations: &mut Violations) -> Option<Recorded> {
-        let ports = self.node.kind().inputs().iter().enumerate();
-        let absent = ports.filter(|(index, port)| !self.is_wired(*index, port)).map(|(_, port)| port.name.clone());
-        let inputs = InputValues::new(Vec::new(), absent.collect());
-        let is_replaced = self.node.kind().outputs().iter().all(|port| self.node.identity_of(&port.name, &inputs));
-        if is_replaced || self.node.verify().is_err() {
-            return None;
-        }
-        match catch_unwind(AssertUnwindSafe(|| self.recorded(computed))) {
-            Ok(Ok(recorded)) => return Some(recorded),
-            Ok(Err(errors)) => errors.iter().for_each(|error| violations.add(format!("recording fails: {error}"))),
-            Err(panic) => violations.add(format!("recording fails: {}", reason(&*panic))),
+        let work =
+            || if self.is_replaced() || self.node.verify().is_err() { Ok(None) } else { self.recorded(computed) };
+        // The first panic of a kind is printed with its place, and not again for each size and value.
+        let has_failed = violations.0.iter().any(|violation| violation.starts_with(FAILS));
+        let recorded = match has_failed {
+            true => catch_panic(work),
+            false => catch_unwind(AssertUnwindSafe(work)).map_err(|panic| message_of(&*panic)),
+        };
+        match recorded {
+            Ok(Ok(recorded)) => return recorded,
+            Ok(Err(errors)) => errors.iter().for_each(|error| violations.add(format!("{FAILS}: {error}"))),
+            Err(panic) => violations.add(format!("{FAILS}: {panic}")),
         }
         None
     }
 
-    fn recorded(&self, computed: Tables) -> Result<Recorded, Vec<ShaderError>> {
+    fn is_replaced(&self) -> bool {
+        let kind = self.node.kind();
+        let ports = kind.inputs().iter().enumerate();
+        let absent = ports.filter(|(index, port)| !self.is_wired(*index, port)).map(|(index, _)| index);
+        let inputs = InputValues::new(kind.clone(), Vec::new(), absent.collect());
+        kind.outputs().iter().all(|port| self.node.identity_of(&port.name, &inputs))
+    }
+
+    fn recorded(&self, computed: Tables) -> Result<Option<Recorded>, Vec<ShaderError>> {
         let kind = self.node.kind();
         let mut recording = Recording { computed, ..Recording::default() };
         let first_image = kind.inputs().iter().position(|port| port.ty == PortType::Image);
@@ -113,7 +124,7 @@ impl Use<'_> {
         let mut recorder = Recorder::new(context, &mut recording);
         self.node.record(&mut recorder);
         let (outputs, errors) = recorder.finish();
-        if errors.is_empty() { Ok(Recorded { inputs, outputs, recording, input_images }) } else { Err(errors) }
+        if errors.is_empty() { Ok(Some(Recorded { inputs, outputs, recording, input_images })) } else { Err(errors) }
     }
 }
 
@@ -123,11 +134,6 @@ impl Recorded {
         kernels.for_each(|kernel| kernel.uniform.fill(0));
         self
     }
-}
-
-fn reason(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("it panics").to_owned()
 }
 
 /// Something plausible for an input.

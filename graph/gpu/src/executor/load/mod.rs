@@ -174,7 +174,7 @@ impl PlanCompiler {
             persistent,
             host_views: host_views(&plan, &residency),
             in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
-            output_rectangles: vec![None; plan.outputs.len()],
+            scissors: vec![None; plan.outputs.len()],
             plan,
             residency,
             passes,

@@ -37,8 +37,8 @@ pub struct LoadedPlan {
     pub(crate) passes: LoadedPasses,
     pub(crate) uniforms: Uniforms,
     pub(crate) due: DuePasses,
-    /// The rectangle in the last frame of each output that has one.
-    pub(crate) output_rectangles: Vec<Option<Rectangle>>,
+    /// The part of the host's image that each output went into in the last frame, unless that was all of it.
+    pub(crate) scissors: Vec<Option<Rectangle>>,
     /// The host images of each pass.
     pub(crate) host_views: Vec<HostViews>,
     /// True if each pass binds a history image, which rotates every frame.
@@ -176,10 +176,10 @@ impl LoadedPlan {
         self.labels.as_ref().map(|labels| labels[pass].as_str())
     }
 
-    /// The rectangle that a pass draws into, if its output has one.
-    pub(crate) fn drawn_rectangle(&self, pass: usize) -> Option<Rectangle> {
+    /// The part of its output that a pass draws into, unless that is all of it.
+    pub(crate) fn scissor(&self, pass: usize) -> Option<Rectangle> {
         match &self.residency.bindings[self.passes[pass].writes_image?.0 as usize] {
-            ImageBinding::Output(output, _) => self.output_rectangles[*output],
+            ImageBinding::Output(output, _) => self.scissors[*output],
             _ => None,
         }
     }

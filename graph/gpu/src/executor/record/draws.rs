@@ -6,8 +6,7 @@ use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 use crate::executor::host_draw::{HostDraw, host_node};
 use crate::executor::loaded::LoadedPlan;
 use crate::executor::record::FrameCommands;
-use crate::executor::rectangle::Rectangle;
-use crate::full_screen::color_pass;
+use crate::executor::rectangle::color_pass_in;
 use crate::layout::Pipeline;
 
 impl FrameCommands<'_> {
@@ -16,14 +15,8 @@ impl FrameCommands<'_> {
         let [view] = self.groups.passes[index].attachments(self.ring_index) else {
             panic!("a full-screen draw has one attachment")
         };
-        let rectangle = self.loaded.drawn_rectangle(index);
         let label = self.loaded.label(index).or(Some("afterimage"));
-        // The triangle covers every pixel. What is around a rectangle stays.
-        let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-        let mut pass = color_pass(encoder, label, view, load);
-        if let Some(Rectangle { x, y, width, height }) = rectangle {
-            pass.set_scissor_rect(x, y, width, height);
-        }
+        let mut pass = color_pass_in(encoder, label, view, self.loaded.scissor(index));
         self.bind_pipeline(pipeline, index, &mut pass);
         pass.draw(0..3, 0..1);
     }

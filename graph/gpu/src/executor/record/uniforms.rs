@@ -39,7 +39,7 @@ impl LoadedPlan {
                 self.due.ignore_change(*offset, &uniform);
             }
         }
-        for (output, known) in plan.outputs.iter().zip(&mut self.output_rectangles) {
+        for (output, known) in plan.outputs.iter().zip(&mut self.scissors) {
             if !output.in_rectangle {
                 continue;
             }

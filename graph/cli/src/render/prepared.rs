@@ -1,0 +1,93 @@
+//! What a run of `render` needs of the pipeline and of its files, before there is a device.
+
+use afterimage_graph::check::{Facts, Graph, GraphInput};
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::NodeKind;
+use afterimage_media::run_files;
+use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
+
+use super::metered::{Metered, has_meter, no_meter, unmetered};
+use super::read::check_spaces;
+use super::request::Request;
+use super::target::Target;
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::files::{Files, read_document, registry};
+use crate::pipeline::{self, PipelineFile, assignments, facts, typical_caps};
+
+/// The size of a typical image.
+pub(super) fn typical_size() -> Size {
+    Size::new(1920, 1080)
+}
+
+/// A run of `render` before there is a device.
+pub(super) struct Prepared<'a> {
+    pub(super) request: Request<'a>,
+    pub(super) graph: Graph,
+    pub(super) facts: Facts,
+    pub(super) options: Options,
+}
+
+impl Prepared<'_> {
+    pub(super) fn typical_plan(&self) -> Option<Plan> {
+        self.plan(typical_size())
+    }
+
+    /// The plan for a typical device: what frames leave for later ones, and the sizes of outputs, are the same on all.
+    /// `None` if the pipeline cannot be planned at that size.
+    pub(super) fn plan(&self, size: Size) -> Option<Plan> {
+        let given = self.request.jobs.first().map_or(&[][..], |job| &job.sources);
+        let is_given = |input: &&GraphInput| !input.optional || given.iter().any(|(name, _)| *name == input.name);
+        let image = HostImageDesc { desc: ImageDesc::new(size), finite: false };
+        // A pass that makes several images would make each of them look as if it followed from all that it reads.
+        let options = Options { fuse: false, ..self.options };
+        let (graph, facts) = (&self.graph, self.facts.clone());
+        let request = pipeline::request(graph, size, facts, options, typical_caps(), &Requirement::typical);
+        let given = HostInputs::all(size, graph.inputs.iter().filter(is_given), image);
+        plan_without_tables(graph, &PlanRequest { given, ..request }).ok()
+    }
+}
+
+/// Returns whether frames leave something for later ones. A pipeline without a plan is rendered as if they did, which
+/// is never wrong.
+pub(super) fn has_state(plan: Option<&Plan>) -> bool {
+    plan.is_none_or(|plan| !plan.state().is_empty())
+}
+
+/// Reads the pipeline, finds all files, and claims those that are written. Without targets nothing is rendered.
+pub(super) fn prepare<'a>(
+    args: &'a RenderArgs,
+    tables: &[&[NodeKind]],
+    targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
+) -> Result<Prepared<'a>, Failure> {
+    let registry = registry(tables, &args.options.kinds)?;
+    let document = read_document(&args.pipeline)?;
+    let files = Files::of(&args.pipeline, &args.options.kinds);
+    let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
+    let (facts, options) = (facts(&args.options)?, args.plan.options());
+    let named_inputs = assignments(&args.inputs, "--input")?;
+    let request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
+    check_spaces(&request)?;
+    let mut prepared = Prepared { request, graph, facts, options };
+    if let Some(name) = &args.meter {
+        let plan = prepared.typical_plan();
+        if let Some(plan) = plan.as_ref().filter(|plan| !has_meter(plan)) {
+            return Err(no_meter(plan));
+        }
+        let reach = plan.iter().flat_map(unmetered).filter_map(|item| item.reach).max();
+        prepared.request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
+    }
+    let request = &mut prepared.request;
+    for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
+        let what = if request.has_camera(name) { "camera" } else { "image" };
+        run_files::reads(&source.path, &format!("the {what} of input `{name}`"));
+    }
+    for out in request.jobs.iter().flat_map(|job| &job.out) {
+        if args.skip_existing { run_files::claims(out)? } else { run_files::writes(out)? }
+    }
+    args.json.iter().try_for_each(|out| run_files::writes(out))?;
+    if !request.is_measuring() {
+        prepared.graph = request.prepare(prepared.graph);
+    }
+    Ok(prepared)
+}
