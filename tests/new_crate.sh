@@ -6,7 +6,10 @@ cd "$(dirname "$0")/.."
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$folder/target}"
+target=${CARGO_TARGET_DIR:-$folder/target}
+mkdir -p "$target"
+# The crate lies in another folder.
+export CARGO_TARGET_DIR=$(realpath "$target")
 repository=$PWD
 cargo build -p afterimage-cli
 program=$CARGO_TARGET_DIR/debug/afterimage

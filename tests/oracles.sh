@@ -1,7 +1,8 @@
 #!/bin/sh
 # Lets OpenEXR, OpenImageIO, libpng, libjpeg-turbo, exiftool and LittleCMS read files of every format and label, those
 # of the library and those of the program. Installs the packages of tests/oracles/requirements.txt into a virtual
-# environment: target/oracles/venv. CI does not run this.
+# environment: target/oracles/venv. CI does not run this. It needs Python 3 with venv, and reads with exiftool where that
+# is installed: apt-get install -y python3-venv libimage-exiftool-perl
 set -e
 cd "$(dirname "$0")/.."
 out="$PWD/target/oracles"

@@ -22,16 +22,20 @@ cp pipelines/lynx.ron "$work/look.ron"
 fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
 alive() { kill -0 $viewer 2>/dev/null || fail "the viewer has ended after: $1"; }
 settle() { sleep "${1:-3}"; }
-# A screenshot, once the window shows the same for two seconds: a busy machine renders late.
+# Takes a screenshot. Whether the window shows the same two seconds later.
+still() {
+    import -window "$window" "$out/$1.png"; alive "$1"
+    settle 2
+    import -window "$window" "$work/again.png"; alive "$1"
+    [ "$(compare -metric AE "$out/$1.png" "$work/again.png" null: 2>&1 | sed 's/[ (].*//')" = 0 ]
+}
+# A screenshot, once the window is still: a busy machine renders late.
 shot() {
     settle
     for _ in $(seq 30); do
-        import -window "$window" "$out/$1.png"; alive "$1"
-        settle 2
-        import -window "$window" "$work/again.png"; alive "$1"
-        [ "$(compare -metric AE "$out/$1.png" "$work/again.png" null: 2>&1 | sed 's/[ (].*//')" = 0 ] && break
+        if still "$1"; then echo "$out/$1.png"; return; fi
     done
-    echo "$out/$1.png"
+    fail "the window is never still: $out/$1.png"
 }
 key() { xdotool windowfocus "$window" key "$@"; }
 # The mean difference of the pictures of two screenshots, in codes, above the names that stand where two are compared.
@@ -44,18 +48,24 @@ far() { awk "BEGIN { exit !($(apart "$1" "$2") > 1.5) }" || fail "$1 and $2 are 
 for _ in $(seq 60); do window=$(xdotool search --onlyvisible --name 'look.ron' | tail -1) && [ -n "$window" ] && break; sleep 1; done
 [ -n "${window:-}" ] || fail "there is no window"
 xdotool windowmove "$window" 0 0
-key space
+# Panels alone have few colors.
+for _ in $(seq 60); do
+    still opened || true
+    [ "$(identify -format %k "$out/opened.png")" -gt 5000 ] && break
+done
+# The scene plays, except on a processor.
+for _ in $(seq 5); do still opened && break; done || key space
 shot opened
 echo "a slider is dragged"
 xdotool mousemove --window "$window" 90 40 click 1
 settle 1
 xdotool type --delay 150 "lit.strength"
 shot searched
-# The only row: below the field and the name of the node.
-xdotool mousemove --window "$window" 170 98; settle 1
+# The only row: below the field, the one fact of lynx.ron and the name of the node.
+xdotool mousemove --window "$window" 170 167; settle 1
 xdotool mousedown 1; settle 1
-xdotool mousemove --window "$window" 200 98; settle 1
-xdotool mousemove --window "$window" 235 98; settle 1
+xdotool mousemove --window "$window" 200 167; settle 1
+xdotool mousemove --window "$window" 235 167; settle 1
 xdotool mouseup 1
 shot dragged
 far opened dragged

@@ -112,6 +112,8 @@ def main():
     program = os.path.abspath(sys.argv[1])
     os.makedirs(sys.argv[2], exist_ok=True)
     os.chdir(sys.argv[2])
+    if not shutil.which("exiftool"):
+        print("exiftool is not installed: it reads no file (apt-get install libimage-exiftool-perl)", flush=True)
     write_inputs()
     count, wrong = 0, []
 
