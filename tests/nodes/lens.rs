@@ -181,25 +181,46 @@ fn spread(image: &Picture, at: u32, axis: usize) -> [f64; 2] {
     [sum, square / sum]
 }
 
+/// The glow of one pixel with all of its light spread, as shares of its energy and of the standard deviation asked for,
+/// in x and y.
+fn halation_of_a_pixel(size: [u32; 2], at: [u32; 2], sigma: f64) -> [[f64; 2]; 2] {
+    let radius = sigma / f64::from(size[1]);
+    let text =
+        format!("\"result\": Halation(source: \"scene\", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: {radius:.7})");
+    let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
+    let shown = Nodes::new(&text, &[("scene", "Exposed")]).exact(&[&light]);
+    [0, 1].map(|axis| {
+        let [energy, square] = spread(&shown, at[axis], axis);
+        [energy / 1000.0, square.sqrt() / sigma]
+    })
+}
+
+/// The judge is the definition: the second moment of the light that a pixel spreads.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn halation_keeps_energy_and_width_at_every_size() {
-    let nodes = r#""result": Halation(source: "scene", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: 0.07)"#;
-    let nodes = Nodes::new(nodes, &[("scene", "Exposed")]);
-    let mut widths = None;
     let odd = sweep::some([[257, 256], [256, 257], [257, 257], [255, 255], [253, 251]], 2);
     for size in [[256, 256]].into_iter().chain(odd) {
-        let sigma = 0.07 * f64::from(size[1]);
         for at in [[128, 128], [129, 128], [128, 129], [127, 127]] {
-            let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
-            let shown = nodes.exact(&[&light]);
-            for axis in [0, 1] {
-                let [energy, square] = spread(&shown, at[axis], axis);
-                assert!((energy / 1000.0 - 1.0).abs() < 1e-3, "{size:?} {at:?}: {energy}");
-                // Halvings and enlargements widen the glow; by as much as at a size that is halved exactly.
-                let width = square.sqrt() / sigma;
-                let exact = *widths.get_or_insert(width);
-                assert!((width / exact - 1.0).abs() < 0.02, "{size:?} {at:?}: {width} of the sigma, not {exact}");
+            for [energy, width] in halation_of_a_pixel(size, at, 0.07 * f64::from(size[1])) {
+                assert!((energy - 1.0).abs() < 1e-3, "{size:?} {at:?}: {energy}");
+                assert!((width - 1.0).abs() < 0.02, "{size:?} {at:?}: {width} of the sigma");
+            }
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures say how good the kind is")]
+fn halation_is_as_wide_as_its_radius_says_on_both_sides_of_a_halving() {
+    // Halvings begin at sigmas of 4, 8 and 16 pixels.
+    for sigma in [0.3, 0.5, 1.0, 2.0, 3.0, 3.5, 3.98, 4.02, 4.5, 5.5, 7.0, 7.95, 8.05, 9.0, 12.0, 15.9, 16.1, 19.0] {
+        for at in [[80, 80], [81, 83]] {
+            let found = halation_of_a_pixel([160, 160], at, sigma);
+            println!("a sigma of {sigma} at {at:?}: {found:.4?}");
+            for [energy, width] in found {
+                assert!((energy - 1.0).abs() < 1e-3 && (width - 1.0).abs() < 0.005, "{sigma} at {at:?}: {width}");
             }
         }
     }
