@@ -71,9 +71,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         } else {
             for (var k = 0u; k < 4u; k++) {
                 let pixel = stride_pixel(cell + k * down, size, params.step);
-                let color = texel_inside(source, pixel);
                 if all(cell + k * down < sampled) {
-                    brightest = max(brightest, histogram_count(color.rgb, pixel, size));
+                    brightest = max(brightest, histogram_count_sanitized(pixel, size));
                 }
             }
         }
@@ -102,6 +101,13 @@ fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     let uv = (vec2f(pixel) + 0.5) / vec2f(size);
     atomicAdd(&histogram_bins[histogram_bin(histogram_metered(rgb, uv))], histogram_weight(uv, vec2f(size)));
     return max(brightest(rgb), 0.0);
+}
+
+// The same of a pixel that is sanitized. One that is not known counts as black.
+fn histogram_count_sanitized(pixel: vec2i, size: vec2u) -> f32 {
+    let color = texel_inside(source, pixel);
+    let metered = select(vec3f(), color.rgb, is_texel_known(source, pixel, color));
+    return max(histogram_count(metered, pixel, size), brightest(color.rgb));
 }
 
 // The bin of a luminance. 0 for pixels that the meter ignores.

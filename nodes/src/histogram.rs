@@ -10,7 +10,8 @@ node_kind! {
     /// Counts the pixels of each luminance in bins of equal width in stops.
     ///
     /// Every pixel is counted once, with its full weight. Bin 0 holds the pixels that the meter ignores: those at or
-    /// below `black`, and those that the albedo's alpha excludes. Pixels outside of the range count in the first or the
+    /// below `black`, those that the albedo's alpha excludes, and those of a host image that are infinite or NaN and that
+    /// no neighbor repairs. Pixels outside of the range count in the first or the
     /// last of the other bins. So the sum of all bins is the weight of the whole image. Counts are integers, so equal
     /// images give equal histograms.
     ///

@@ -184,7 +184,11 @@ fn an_exposure_stays_when_a_pattern_moves_by_a_pixel() {
 }
 
 fn gray(value: f32) -> Picture {
-    Picture::new(8, 8, |_, _| [value, value, value, 1.0])
+    gray_of(value, 8)
+}
+
+fn gray_of(value: f32, side: u32) -> Picture {
+    Picture::new(side, side, |_, _| [value, value, value, 1.0])
 }
 
 fn auto(parameters: &str) -> String {
@@ -320,7 +324,8 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let graph = pipeline(
-        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ShowValue(value: \"auto\")",
+        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \
+     \"result\": ShowValue(value: \"auto\")",
     );
     let frames =
         [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
@@ -328,6 +333,52 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let followed = adapt_exponential(of_dim, Aim { before: of_dim, wanted: of_bright }, 0.25, 1.0, 3.0);
     for (value, wanted) in sequence(&graph, &frames).iter().zip([0.0, of_dim, followed, followed, of_dim]) {
         assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{value:?} {wanted}");
+    }
+}
+
+/// Three meters that show (stops, mean, ...).
+const METERS: [&str; 3] = [
+    "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", low: 0.0, high: 1.0), \
+     \"result\": ShowValue(value: \"auto\")",
+    "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ShowValue(value: \"auto\")",
+    "\"mean\": MeanLuminance(source: \"scene\", mean: Linear, weight: Center), \"auto\": Adapt(mean: \"mean\"), \
+     \"result\": ShowValue(value: \"auto\")",
+];
+
+/// The judge is the same frame in which the pixels have the light of all others.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn no_number_that_is_not_finite_moves_an_exposure() {
+    let numbers = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+    let (first, plain) = (gray_of(0.5, 40), gray_of(0.25, 40));
+    // One pixel, two beside each other, a square that no neighbor repairs, all.
+    let places: [fn(u32, u32) -> bool; 4] =
+        [|x, y| (x, y) == (7, 9), |x, y| y == 9 && x / 2 == 4, |x, y| x / 9 == 1 && y / 9 == 2, |_, _| true];
+    for text in METERS {
+        let graph = pipeline(text);
+        let states =
+            |middle: &Picture| sequence(&graph, &[(&first, 0.1, true), (middle, 0.1, false), (&plain, 0.1, false)]);
+        let [_, repaired, after] = states(&plain)[..] else { panic!("three frames") };
+        for number in numbers {
+            for (index, is_bad) in places.into_iter().enumerate() {
+                let bad =
+                    Picture::new(
+                        40,
+                        40,
+                        |x, y| if is_bad(x, y) { [number, number, number, 1.0] } else { plain.at(x, y) },
+                    );
+                let found = states(&bad);
+                let whole = index + 1 == places.len();
+                // A frame that shows nothing keeps the exposure.
+                let held = whole && found[1] == found[0];
+                let off = (found[1][0] - repaired[0]).abs().max((found[2][0] - after[0]).abs());
+                assert!(
+                    held || off < 1e-4,
+                    "{text}: {number} at place {index}: {found:?}, not {repaired:?}, {after:?}"
+                );
+                assert_eq!(held, whole, "{text}: {number}");
+            }
+        }
     }
 }
 
