@@ -4,6 +4,7 @@
 //
 // After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon:
 // Sousa, "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
+#import depth
 #import front
 #import grade
 #import math
@@ -31,12 +32,12 @@ fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
 // that, whatever its own depth says, so it belongs to that surface: blurred with what is behind, the edge of a sharper
 // one would have steps, and a pixel in focus would draw a line around a blurred one.
 fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    let own = front_depth(depth, at.pixel);
+    let own = depth_at(depth, at.pixel);
     let own_radius = depth_of_field_radius(own, params);
     var z = own;
     var radius = own_radius;
     for (var i = 0; i < 4; i++) {
-        let other = front_depth(depth, front_beside(at.pixel, i));
+        let other = depth_at(depth, front_beside(at.pixel, i));
         let found = depth_of_field_radius(other, params);
         let is_sharper = found < radius;
         let is_blurred = found >= 2.0 && other < z;

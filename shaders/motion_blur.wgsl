@@ -3,6 +3,7 @@
 // 2012; samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur
 // Filter", HPG 2014. Weights are shares of the time for which the shutter is open.
 #import camera
+#import depth
 #import front
 #import grade
 #import math
@@ -55,14 +56,14 @@ fn motion_blur_path_depth(
     params: MotionBlur,
 ) -> vec4f {
     let p = front_pixel(depth, at.pixel);
-    let own = vec3f(motion_blur_limited(texel(motion, at.pixel).xy, params), front_depth(depth, at.pixel));
-    let front = vec3f(motion_blur_limited(texel(motion, p).xy, params), front_depth(depth, p));
+    let own = vec3f(motion_blur_limited(texel(motion, at.pixel).xy, params), depth_at(depth, at.pixel));
+    let front = vec3f(motion_blur_limited(texel(motion, p).xy, params), depth_at(depth, p));
     return motion_blur_joined(own, front);
 }
 
 // The path of what stands still while the camera moves.
 fn motion_blur_path_camera(depth: vec4f, camera: Camera, at: Point, params: MotionBlur) -> vec4f {
-    let distance = clamp(depth.x, 1e-3, HALF_MAX);
+    let distance = depth_distance(depth.x);
     let uv = at.uv + camera.jitter / at.size;
     let before = camera_previous_uv(camera, camera_world(camera, camera_place(camera, uv, distance)));
     return vec4f(motion_blur_limited(clamp(uv - before.xy, vec2f(-1e3), vec2f(1e3)), params), distance, 1.0);

@@ -2,6 +2,7 @@
 // the pixel now, and a part of the new frame is mixed in. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014;
 // the limit by mean and variance: Salvi, "An Excursion in Temporal Supersampling", GDC 2016.
 #import camera
+#import depth
 #import grade
 #import math
 
@@ -118,10 +119,10 @@ fn taa_seen(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> Ta
 // The nearest of the nine texels around: edges move with the surface in front.
 fn taa_nearest(depth: texture_2d<f32>, p: vec2i) -> vec2i {
     var nearest = p;
-    var least = texel(depth, p).x;
+    var least = depth_at(depth, p);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let found = texel(depth, p + vec2i(x, y)).x;
+            let found = depth_at(depth, p + vec2i(x, y));
             nearest = select(nearest, p + vec2i(x, y), found < least);
             least = min(least, found);
         }
@@ -132,7 +133,7 @@ fn taa_nearest(depth: texture_2d<f32>, p: vec2i) -> vec2i {
 // The place in the world that is seen at a texel.
 fn taa_world(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
     let uv = (vec2f(p) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
-    return camera_world(camera, camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX)));
+    return camera_world(camera, camera_place(camera, uv, depth_at(depth, p)));
 }
 
 // The motion of a texel since the previous frame, in uv: by the motion image, or of static surfaces.
@@ -159,7 +160,7 @@ fn taa_was_seen(
     var off = 1e9;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let found = clamp(texel(previous_depth, middle + vec2i(x, y)).x, 1e-3, HALF_MAX);
+            let found = depth_at(previous_depth, middle + vec2i(x, y));
             off = min(off, abs(found - expected) / min(expected, found));
         }
     }

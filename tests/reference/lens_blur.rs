@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use super::image::Image;
 use super::math::mix;
+use super::view::distance_of;
 
 /// Surfaces whose depths differ by less than this share belong together.
 const SOFT: f64 = 0.05;
@@ -45,7 +46,7 @@ impl DepthOfField {
     /// if it is sharper, or of the nearest blurred one before a pixel in focus.
     fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
         let surface = |[x, y]: [i64; 2]| {
-            let z = depth.texel(x, y)[0].max(1e-3);
+            let z = distance_of(depth.texel(x, y)[0]);
             [self.gathered(z, image.height as f64), z]
         };
         let own = surface([x, y]);
@@ -170,7 +171,7 @@ impl MotionBlur {
         let paths = paths.map(|[x, y, z, _]| {
             let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);
             let nearness = 1.0 / (1.0 + limit * x.hypot(y));
-            [x * limit, y * limit, if z.is_nan() { nearness } else { z.max(1e-3) }, 1.0]
+            [x * limit, y * limit, if z.is_nan() { nearness } else { distance_of(z) }, 1.0]
         });
         // A pixel beside a surface well in front of it moves with that, if it moves in another way.
         let paths = Image::new(image.width, image.height, |x, y| {

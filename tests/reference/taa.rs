@@ -6,7 +6,7 @@ use glam::{DMat4, DVec2, DVec3, Vec4Swizzles as _};
 use super::image::Image;
 use super::math::{Rgb, mix};
 use super::sanitize::extended;
-use super::view::View;
+use super::view::{View, distance_of};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Taa {
@@ -66,7 +66,7 @@ impl Frames<'_> {
     }
 
     fn distance(&self, [x, y]: [i64; 2]) -> f64 {
-        self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+        distance_of(self.depth.texel(x, y)[0])
     }
 
     fn world(&self, [x, y]: [i64; 2]) -> DVec3 {
@@ -78,10 +78,10 @@ impl Frames<'_> {
 
     fn nearest(&self, [x, y]: [i64; 2]) -> [i64; 2] {
         let mut nearest = [x, y];
-        let mut least = self.depth.texel(x, y)[0];
+        let mut least = self.distance([x, y]);
         for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))) {
-            if self.depth.texel(i, j)[0] < least {
-                (nearest, least) = ([i, j], self.depth.texel(i, j)[0]);
+            if self.distance([i, j]) < least {
+                (nearest, least) = ([i, j], self.distance([i, j]));
             }
         }
         let last = [self.depth.width as i64 - 1, self.depth.height as i64 - 1];
@@ -107,7 +107,7 @@ impl Frames<'_> {
         let middle = there * self.size() - DVec2::from_array(self.camera.previous_jitter.map(f64::from));
         let middle = middle.clamp(DVec2::splat(-4.0), self.size() + 4.0).floor();
         let off = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))).map(|(i, j)| {
-            let found = previous.texel(middle.x as i64 + i, middle.y as i64 + j)[0].clamp(1e-3, 65504.0);
+            let found = distance_of(previous.texel(middle.x as i64 + i, middle.y as i64 + j)[0]);
             (found - expected.max(1e-3)).abs() / expected.max(1e-3).min(found)
         });
         let off = off.fold(1e9, f64::min);
