@@ -27,9 +27,9 @@ choices! {
 node_kind! {
     /// Grades by a look-up table or another color file.
     ///
-    /// The file is a `.cube` table, a PNG with tiles or in HALD layout, or a `.clf` file in Common LUT Format (version
-    /// 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and color decision lists in any order. Other
-    /// formats are read by `OcioTransform`, of programs with the feature `ocio`.
+    /// The file is a `.cube` table, a PNG with a strip or rows of tiles or in HALD layout, or a `.clf` file in Common
+    /// LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and color decision lists in
+    /// any order. Other formats are read by `OcioTransform`, of programs with the feature `ocio`.
     ///
     /// State in `from` the space that the table was made for, and in `to` that of its results. Without them, the author
     /// of the table decides, and the node belongs where the image is in that space. With them, the node converts. A

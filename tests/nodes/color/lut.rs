@@ -123,6 +123,7 @@ fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
         let (r, g, b) = (index % 64, index / 64 % 64, index / 4096);
         let place = match layout {
             PngLayout::Tiles => (b / 8 * 64 + g) * 512 + b % 8 * 64 + r,
+            PngLayout::TilesUp => (b / 8 * 64 + 63 - g) * 512 + b % 8 * 64 + r,
             PngLayout::Hald => index,
         };
         let [r, g, b] = entry.map(|x| (x * 255.0).round() as u8);
@@ -136,7 +137,7 @@ fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tables_drawn_as_pictures_match() {
     let cube = Cube::new(64, |rgb| look(rgb).map(|x| (x * 255.0).round() / 255.0));
-    for layout in [PngLayout::Tiles, PngLayout::Hald] {
+    for layout in [PngLayout::Tiles, PngLayout::TilesUp, PngLayout::Hald] {
         let node = format!("ColorLut(file: \"look.png\", layout: {}, interpolation: Trilinear)", layout.name());
         compare_with("Encoded", &node, &OneFile(picture(layout, look)), unit, LUT, |rgb| cube.trilinear(rgb));
     }
