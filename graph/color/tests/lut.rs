@@ -42,8 +42,13 @@ fn a_table_that_changes_nothing_is_an_identity() {
     let nearly = identity_text(3).replacen("0.500000000", "0.500010000", 1);
     assert!(!parse_cube(&nearly).expect("a table").is_identity());
     for layout in [PngLayout::Tiles, PngLayout::TilesUp, PngLayout::Hald] {
-        assert!(parse_png(&identity(layout), layout).expect("a table").is_identity(), "{}", layout.name());
+        let table = parse_png(&identity(layout), layout).expect("a table");
+        assert!(table.is_identity(), "{}", layout.name());
+        assert_eq!(table.ends().cube, Lut::identity().cube);
     }
+    let curve = parse_cube("LUT_1D_SIZE 3\nLUT_1D_INPUT_RANGE -1 3\n-1 -1 -1\n1 1 1\n3 3 3\n").expect("a table");
+    let ends = curve.ends().curve.expect("a curve");
+    assert!(curve.is_identity() && (ends.size, &ends.entries[..]) == (2, &[[-1.0; 3], [3.0; 3]][..]));
 }
 
 #[test]
