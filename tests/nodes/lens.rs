@@ -225,3 +225,66 @@ fn halation_is_as_wide_as_its_radius_says_on_both_sides_of_a_halving() {
         }
     }
 }
+
+/// A disc with stripes, some of them half transparent, before nothing; `at` is the place of its middle.
+pub(super) fn on_glass(size: [u32; 2], at: [f32; 2]) -> Picture {
+    Picture::new(size[0], size[1], |x, y| {
+        let is_disc = (x as f32 - at[0]).hypot(y as f32 - at[1]) < 14.0;
+        let alpha = if !is_disc {
+            0.0
+        } else if (x / 5) % 2 == 0 {
+            1.0
+        } else {
+            0.5
+        };
+        [0.8 * alpha, 0.3 * alpha, 0.1 * alpha, alpha]
+    })
+}
+
+/// A picture over a background of one light.
+pub(super) fn over(picture: &Picture, background: f32) -> Picture {
+    let Picture { width, height, .. } = *picture;
+    Picture::new(width, height, |x, y| {
+        let [r, g, b, a] = picture.at(x, y);
+        let [r, g, b] = [r, g, b].map(|light| light + (1.0 - a) * background);
+        [r, g, b, 1.0]
+    })
+}
+
+/// The largest difference of two pictures.
+pub(super) fn apart(one: &Picture, other: &Picture) -> f32 {
+    let pairs = one.pixels.iter().zip(&other.pixels);
+    pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+}
+
+/// The judge is the same node on the picture over a background: what it makes of light and alpha, over that background.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn blurs_of_a_transparent_picture_lie_over_any_background() {
+    let size = [72, 60];
+    let glass = on_glass(size, [35.0, 29.0]);
+    let is_disc = |x: u32, y: u32| glass.at(x, y)[3] > 0.0;
+    let depth = Picture::new(size[0], size[1], |x, y| [if is_disc(x, y) { 1.5 } else { 5.0 }, 0.0, 0.0, 1.0]);
+    let motion = Picture::new(size[0], size[1], |x, y| if is_disc(x, y) { [9.0, 4.0, 0.0, 1.0] } else { [0.0; 4] });
+    let lens = "DepthOfField(source: \"in\", depth: \"depth\", focal_length: 100.0, largest: 0.1, FOCUS)";
+    for text in [
+        &lens.replace("FOCUS", "focus: 5.0"),
+        &lens.replace("FOCUS", "focus: 1.5"),
+        &lens.replace("FOCUS", "focus: 3.0, blades: 6"),
+        "MotionBlur(source: \"in\", motion: \"motion\", depth: \"depth\", unit: Pixels, shutter: 360.0, largest: 0.2)",
+        "MotionBlur(source: \"in\", motion: \"motion\", unit: Pixels, shutter: 360.0, largest: 0.2)",
+    ] {
+        let nodes = format!("\"result\": {text}");
+        let nodes = Nodes::new(&nodes, &[("in", "Color"), ("depth", "Depth"), ("motion", "Motion")]);
+        let blurred = nodes.exact(&[&glass, &depth, &motion]);
+        // There is nothing to see behind a disc in focus.
+        let is_blurred = apart(&blurred, &glass) > 0.2;
+        assert!(is_blurred || text.contains("focus: 1.5"), "{text}: nothing is blurred");
+        for background in [0.0, 1.0, 20.0] {
+            let wanted = nodes.exact(&[&over(&glass, background), &depth, &motion]);
+            let off = apart(&over(&blurred, background), &wanted) / background.max(1.0);
+            assert!(off < 1e-4, "{text} over {background}: off by {off}");
+            assert!(wanted.pixels.iter().all(|pixel| (pixel[3] - 1.0).abs() < 1e-6), "{text}: it is opaque");
+        }
+    }
+}
