@@ -4,6 +4,7 @@
 //
 // After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon:
 // Sousa, "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
+#import depth
 #import front
 #import grade
 #import math
@@ -31,12 +32,12 @@ fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
 // that, whatever its own depth says, so it belongs to that surface: blurred with what is behind, the edge of a sharper
 // one would have steps, and a pixel in focus would draw a line around a blurred one.
 fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    let own = front_depth(depth, at.pixel);
+    let own = depth_at(depth, at.pixel);
     let own_radius = depth_of_field_radius(own, params);
     var z = own;
     var radius = own_radius;
     for (var i = 0; i < 4; i++) {
-        let other = front_depth(depth, front_beside(at.pixel, i));
+        let other = depth_at(depth, front_beside(at.pixel, i));
         let found = depth_of_field_radius(other, params);
         let is_sharper = found < radius;
         let is_blurred = found >= 2.0 && other < z;
@@ -88,10 +89,11 @@ fn depth_of_field_ring(ring: f32, reach: f32, params: DepthOfField) -> f32 {
     return reach * share * sqrt(share);
 }
 
-// Light before and behind a pixel's own surface. The weights are in w.
+// Light before and behind a pixel's own surface with its alpha, and their weights.
 struct DepthOfFieldLight {
     before: vec4f,
     behind: vec4f,
+    weights: vec2f,
 }
 
 // The surface that a pixel shows. `density` is the light of a place within its circle, of 1 in all: a circle is never
@@ -110,7 +112,7 @@ fn depth_of_field_surface(circle: vec4f) -> DepthOfFieldSurface {
 // what the sample stands for, and `nearness` 1 over the difference of depths of two surfaces.
 fn depth_of_field_add(
     light: ptr<function, DepthOfFieldLight>,
-    color: vec3f,
+    color: vec4f,
     other: DepthOfFieldSurface,
     own: DepthOfFieldSurface,
     nearness: f32,
@@ -125,8 +127,9 @@ fn depth_of_field_add(
     let seen_past = select(max(away, 0.0), 1.0, other.radius > own.radius);
     let far = mix(density.x, density.y, seen_past);
     let weights = area * vec2f(is_before * density.x, (1.0 - is_before) * far);
-    (*light).before += weights.x * vec4f(color, 1.0);
-    (*light).behind += weights.y * vec4f(color, 1.0);
+    (*light).before += weights.x * color;
+    (*light).behind += weights.y * color;
+    (*light).weights += weights;
 }
 
 // `is_polygon` is the same for all pixels: each of the two kernels below has its own.
@@ -147,7 +150,7 @@ fn depth_of_field_gathered(
     // that are less blurred. They are texels, because a filtered one would mix the light of two surfaces.
     var light = DepthOfFieldLight();
     var inside = depth_of_field_ring(0.5, reach, params);
-    depth_of_field_add(&light, center.rgb, own, own, nearness, 0.0, DEPTH_OF_FIELD_PI * inside * inside);
+    depth_of_field_add(&light, center, own, own, nearness, 0.0, DEPTH_OF_FIELD_PI * inside * inside);
     for (var ring = 1; ring <= min(params.rings, 16); ring++) {
         let outside = depth_of_field_ring(f32(ring) + 0.5, reach, params);
         let area = DEPTH_OF_FIELD_PI * (outside - inside) * (outside + inside) / f32(6 * ring);
@@ -163,15 +166,15 @@ fn depth_of_field_gathered(
             }
             let place = at.pixel + vec2i(round(along * direction));
             let other = depth_of_field_surface(texel(circle, place));
-            depth_of_field_add(&light, texel(source, place).rgb, other, own, nearness, distance, area);
+            depth_of_field_add(&light, texel(source, place), other, own, nearness, distance, area);
             direction = depth_of_field_turned(direction, turn);
         }
         inside = outside;
     }
-    let behind = light.behind.rgb / max(light.behind.w, 1e-6);
-    let before = light.before.rgb / max(light.before.w, 1e-6);
-    let color = between3(behind, before, clamp(light.before.w, 0.0, 1.0));
-    return vec4f(bounded_scene(color), center.a);
+    let before = light.before / max(light.weights.x, 1e-6);
+    let behind = light.behind / max(light.weights.y, 1e-6);
+    let color = between(behind, before, clamp(light.weights.x, 0.0, 1.0));
+    return vec4f(bounded_scene(color.rgb), clamp(color.a, 0.0, HALF_MAX));
 }
 
 // With a round aperture.

@@ -46,9 +46,9 @@ fn extract_gate_luminance(source: vec4f, params: Extract) -> vec4f {
     return extract_scaled(source, extract_gate_weight(luminance(source.rgb), params));
 }
 
-// Alpha is the emissive strength of the pixel. A mask of 1 is selected at a threshold of 1.
+// Alpha is the emissive strength of the pixel, at most 1. A mask of 1 is selected at a threshold of 1.
 fn extract_emissive(source: vec4f, params: Extract) -> vec4f {
-    return extract_scaled(source, select(0.0, source.a * params.intensity, source.a >= params.threshold));
+    return extract_scaled(source, select(0.0, min(source.a, 1.0) * params.intensity, source.a >= params.threshold));
 }
 
 fn extract_all(source: vec4f, params: Extract) -> vec4f {

@@ -2,6 +2,7 @@
 // sun is scattered into its place. The optical depth of a ray through an exponential atmosphere has a closed form:
 // Quilez, "Better Fog", 2010. Scattering of the sun: Henyey and Greenstein, 1941.
 #import camera
+#import depth
 #import grade
 
 struct Fog {
@@ -55,7 +56,7 @@ fn fog_lit(source: vec4f, optical: f32, direction: vec3f, params: Fog) -> vec4f 
 fn fog(source: vec4f, depth: vec4f, at: Point, params: Fog) -> vec4f {
     let ray = fog_ray(at, params);
     let direction = normalize(ray);
-    let distance = max(depth.x, 0.0) * length(ray);
+    let distance = depth_distance(depth.x) * length(ray);
     let optical = fog_depth(params.eye_height, dot(params.up, direction), distance, params);
     return fog_lit(source, optical, direction, params);
 }
@@ -63,7 +64,7 @@ fn fog(source: vec4f, depth: vec4f, at: Point, params: Fog) -> vec4f {
 // The same in the world's space: the camera says where a ray begins and where it leads.
 fn fog_camera(source: vec4f, depth: vec4f, camera: Camera, at: Point, params: Fog) -> vec4f {
     let start = camera_place(camera, at.uv, 0.0);
-    let ray = camera_place(camera, at.uv, clamp(depth.x, 1e-3, HALF_MAX)) - start;
+    let ray = camera_place(camera, at.uv, depth_distance(depth.x)) - start;
     let direction = (camera.inverse_view * vec4f(ray / max(length(ray), 1e-6), 0.0)).xyz;
     let height = dot(params.up, camera_world(camera, start));
     return fog_lit(source, fog_depth(height, dot(params.up, direction), length(ray), params), direction, params);

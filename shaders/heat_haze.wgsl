@@ -17,11 +17,11 @@ fn heat_haze_waver(place: vec2f) -> vec2f {
     return 2.0 * vec2f(noise(place), noise(place + vec2f(37.5, 11.25))) - 1.0;
 }
 
-fn heat_haze_place(uv: vec2f, size: vec2f, amount: f32, time: f32, params: HeatHaze) -> vec4f {
+fn heat_haze_place(uv: vec2f, size: vec2f, amount: f32, frame: Frame, params: HeatHaze) -> vec4f {
     let square = vec2f(size.x / size.y, 1.0);
     // Swirls are higher than wide where air rises.
     let cell = params.scale * vec2f(1.0, params.shape);
-    let risen = fract(time * params.speed / (cell.y * HEAT_HAZE_CELLS)) * HEAT_HAZE_CELLS;
+    let risen = frame_phase(frame, params.speed / (cell.y * HEAT_HAZE_CELLS)) * HEAT_HAZE_CELLS;
     let at = uv * square / cell + vec2f(0.0, risen);
     let wide = heat_haze_waver(at);
     let fine = heat_haze_waver(2.0 * at + vec2f(5.5, 3.25));
@@ -30,7 +30,7 @@ fn heat_haze_place(uv: vec2f, size: vec2f, amount: f32, time: f32, params: HeatH
 }
 
 fn heat_haze(at: Point, frame: Frame, params: HeatHaze) -> vec4f {
-    return heat_haze_place(at.uv, at.size, 1.0, frame.time, params);
+    return heat_haze_place(at.uv, at.size, 1.0, frame, params);
 }
 
 fn heat_haze_masked(
@@ -41,5 +41,5 @@ fn heat_haze_masked(
     params: HeatHaze,
 ) -> vec4f {
     let amount = clamp(tap(mask, mask_sampler, at.uv).x, 0.0, 1.0);
-    return heat_haze_place(at.uv, at.size, amount, frame.time, params);
+    return heat_haze_place(at.uv, at.size, amount, frame, params);
 }

@@ -18,6 +18,8 @@ struct Histogram {
     bins_per_stop: f32,
     // The count of a pixel with full weight.
     full_weight: f32,
+    // The inverse of the luminance above black at which a pixel counts in full.
+    rise: f32,
 }
 
 // Weights of pixels by their distance from the center.
@@ -35,6 +37,9 @@ const HISTOGRAM_MAX_BINS: u32 = 2u * HISTOGRAM_INVOCATIONS;
 // The first four words of the table are floats: the brightest channel of the frame, lo, hi and the number of bins.
 const HISTOGRAM_HEADER: u32 = 4u;
 
+// Inverse powers of the plastic number.
+const HISTOGRAM_STEPS = vec2f(0.75487767, 0.56984029);
+
 @group(0) @binding(0) var<uniform> params: Histogram;
 @group(0) @binding(1) var source: texture_2d<f32>;
 @group(0) @binding(2) var albedo: texture_2d<f32>;
@@ -43,13 +48,18 @@ const HISTOGRAM_HEADER: u32 = 4u;
 
 var<workgroup> histogram_bins: array<atomic<u32>, HISTOGRAM_MAX_BINS>;
 var<workgroup> histogram_brightest: atomic<u32>;
+// 1 if the tile has light that is too faint to count.
+var<workgroup> histogram_faint: atomic<u32>;
 
 @compute @workgroup_size(256)
 fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     let invocation = own.index;
     atomicStore(&histogram_bins[invocation], 0u);
     atomicStore(&histogram_bins[invocation + HISTOGRAM_INVOCATIONS], 0u);
-    if invocation == 0u { atomicStore(&histogram_brightest, 0u); }
+    if invocation == 0u {
+        atomicStore(&histogram_brightest, 0u);
+        atomicStore(&histogram_faint, 0u);
+    }
     workgroupBarrier();
     let size = textureDimensions(source);
     let sampled = stride_size(size, params.step);
@@ -71,9 +81,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         } else {
             for (var k = 0u; k < 4u; k++) {
                 let pixel = stride_pixel(cell + k * down, size, params.step);
-                let color = texel_inside(source, pixel);
                 if all(cell + k * down < sampled) {
-                    brightest = max(brightest, histogram_count(color.rgb, pixel, size));
+                    brightest = max(brightest, histogram_count_sanitized(pixel, size));
                 }
             }
         }
@@ -91,22 +100,43 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     }
 }
 
-// Adds a bin of the tile to that of the image. Bins beyond the last are empty.
+// Adds a bin of the tile to that of the image. Bins beyond the last are empty. Faint light counts 1 in the darkest bin,
+// which is next to nothing beside other light: only of exact black there is nothing to meter.
 fn histogram_add(bin: u32) {
-    let counted = atomicLoad(&histogram_bins[bin]);
+    var counted = atomicLoad(&histogram_bins[bin]);
+    if bin == 0u { counted -= atomicLoad(&histogram_faint); }
+    if bin == 1u { counted += atomicLoad(&histogram_faint); }
     if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + bin], counted); }
 }
 
-// Counts one pixel and returns its largest channel.
+// Counts one pixel and returns its largest channel. A pixel that is nearly black counts in part, the rest of it in bin
+// 0: so the exposure does not jump when black becomes a little less black. Parts are rounded up or down by a sequence
+// that fills the unit interval evenly along both axes, so that many small ones keep their sum.
 fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     let uv = (vec2f(pixel) + 0.5) / vec2f(size);
-    atomicAdd(&histogram_bins[histogram_bin(histogram_metered(rgb, uv))], histogram_weight(uv, vec2f(size)));
+    let light = histogram_metered(rgb, uv);
+    let weight = histogram_weight(uv, vec2f(size));
+    let whole = u32(weight + 0.5);
+    var counted = whole;
+    let share = clamp((light - params.black) * params.rise, 0.0, 1.0);
+    if share < 1.0 { counted = min(u32(weight * share * share + fract(dot(vec2f(pixel), HISTOGRAM_STEPS))), whole); }
+    if counted > 0u { atomicAdd(&histogram_bins[histogram_bin(light)], counted); }
+    if counted < whole {
+        atomicAdd(&histogram_bins[0], whole - counted);
+        if light > params.black { atomicStore(&histogram_faint, 1u); }
+    }
     return max(brightest(rgb), 0.0);
 }
 
-// The bin of a luminance. 0 for pixels that the meter ignores.
+// The same of a pixel that is sanitized. One that is not known counts as black.
+fn histogram_count_sanitized(pixel: vec2i, size: vec2u) -> f32 {
+    let color = texel_inside(source, pixel);
+    let metered = select(vec3f(), color.rgb, is_texel_known(source, pixel, color));
+    return max(histogram_count(metered, pixel, size), brightest(color.rgb));
+}
+
+// The bin of a luminance: never 0.
 fn histogram_bin(light: f32) -> u32 {
-    if light <= params.black { return 0u; }
     let place = (log2(max(light, 1e-37)) - params.lo) * params.bins_per_stop;
     return 1u + u32(clamp(place, 0.0, f32(params.bins) - 2.0));
 }
@@ -120,11 +150,11 @@ fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
     return select(-1.0, 0.18 * light / clamp(luminance(surface.rgb), 0.04, 1.0), surface.a >= 0.5);
 }
 
-fn histogram_weight(uv: vec2f, size: vec2f) -> u32 {
+fn histogram_weight(uv: vec2f, size: vec2f) -> f32 {
     var weight = params.full_weight;
     if HISTOGRAM_WEIGHT != 0u {
         weight *= metering_weight(HISTOGRAM_WEIGHT, uv, size, params.center, params.radius);
     }
     if HISTOGRAM_MASK { weight *= metering_mask(mask, uv); }
-    return u32(weight + 0.5);
+    return weight;
 }

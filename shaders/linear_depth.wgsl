@@ -1,10 +1,10 @@
 // From the depth that a projection writes to the distance along the view axis.
 #import camera
-#import sanitize
+#import depth
 
 fn linear_depth(depth: vec4f, camera: Camera, at: Point) -> vec4f {
     let distance = camera_distance(camera, at.uv, depth.x);
-    return vec4f(clamp(distance, 0.0, HALF_MAX), 0.0, 0.0, 1.0);
+    return vec4f(depth_distance(distance), 0.0, 0.0, 1.0);
 }
 
 fn linear_depth_distance(depth: vec4f) -> vec4f {

@@ -3,6 +3,7 @@
 // 2012; samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur
 // Filter", HPG 2014. Weights are shares of the time for which the shutter is open.
 #import camera
+#import depth
 #import front
 #import grade
 #import math
@@ -55,14 +56,14 @@ fn motion_blur_path_depth(
     params: MotionBlur,
 ) -> vec4f {
     let p = front_pixel(depth, at.pixel);
-    let own = vec3f(motion_blur_limited(texel(motion, at.pixel).xy, params), front_depth(depth, at.pixel));
-    let front = vec3f(motion_blur_limited(texel(motion, p).xy, params), front_depth(depth, p));
+    let own = vec3f(motion_blur_limited(texel(motion, at.pixel).xy, params), depth_at(depth, at.pixel));
+    let front = vec3f(motion_blur_limited(texel(motion, p).xy, params), depth_at(depth, p));
     return motion_blur_joined(own, front);
 }
 
 // The path of what stands still while the camera moves.
 fn motion_blur_path_camera(depth: vec4f, camera: Camera, at: Point, params: MotionBlur) -> vec4f {
-    let distance = clamp(depth.x, 1e-3, HALF_MAX);
+    let distance = depth_distance(depth.x);
     let uv = at.uv + camera.jitter / at.size;
     let before = camera_previous_uv(camera, camera_world(camera, camera_place(camera, uv, distance)));
     return vec4f(motion_blur_limited(clamp(uv - before.xy, vec2f(-1e3), vec2f(1e3)), params), distance, 1.0);
@@ -101,38 +102,43 @@ fn motion_blur(
     let count = (clamp(params.samples, 1, 64) + 1) / 2;
     let shift = hash_cell(at.pixel);
 
-    // What is before the pixel's own surface and moves over it, along the longest path around.
+    // What is before the pixel's own surface and moves over it, along the longest path around: light with its alpha,
+    // and for how much of the time.
     var front = vec4f();
+    var covered = 0.0;
     let across = longest / most;
     for (var i = 0; i < count; i++) {
         let place = motion_blur_sample(across, most + 0.5, (f32(i) + shift) / f32(count));
         let other = texel(path, at.pixel + vec2i(place.xy)).xyz;
         let cover = motion_blur_before(other.z, own.z) * motion_blur_cover(abs(dot(other.xy, across)), place.z);
-        front += cover * vec4f(texel(source, at.pixel + vec2i(place.xy)).rgb, 1.0);
+        front += cover * texel(source, at.pixel + vec2i(place.xy));
+        covered += cover;
     }
-    front *= 2.0 * (most + 0.5) / f32(count);
 
     // The own surface along its own path, and what is seen beside it while it has moved away.
-    var light = center.rgb;
+    var light = center;
     if own_length >= 0.5 {
         let along = own.xy / own_length;
-        var same = vec4f(center.rgb, 1.0) * 1e-3;
+        var same = center * 1e-3;
         var behind = vec4f();
+        var weights = vec2f(1e-3, 0.0);
         for (var i = 0; i < count; i++) {
             let place = motion_blur_sample(along, own_length + 0.5, (f32(i) + shift) / f32(count));
             let other = texel(path, at.pixel + vec2i(place.xy)).xyz;
-            let color = vec4f(texel(source, at.pixel + vec2i(place.xy)).rgb, 1.0);
+            let color = texel(source, at.pixel + vec2i(place.xy));
             let is_before = motion_blur_before(other.z, own.z);
             let is_behind = motion_blur_before(own.z, other.z);
             let cover = motion_blur_cover(abs(dot(other.xy, along)), place.z);
-            same += (1.0 - is_before - is_behind) * cover * color;
-            behind += is_behind * motion_blur_cover(own_length, place.z) * color;
+            let seen = vec2f((1.0 - is_before - is_behind) * cover, is_behind * motion_blur_cover(own_length, place.z));
+            same += seen.x * color;
+            behind += seen.y * color;
+            weights += seen;
         }
-        let cover = min(same.w * 2.0 * (own_length + 0.5) / f32(count), 1.0);
-        light = same.rgb / same.w;
-        if behind.w > 1e-6 { light = between3(behind.rgb / behind.w, light, cover); }
+        let cover = min(weights.x * 2.0 * (own_length + 0.5) / f32(count), 1.0);
+        light = same / weights.x;
+        if weights.y > 1e-6 { light = between(behind / weights.y, light, cover); }
     }
-    let covered = min(front.w, 1.0);
-    light = between3(light, front.rgb / max(front.w, 1e-6), covered);
-    return vec4f(bounded_scene(light), center.a);
+    let share = min(covered * 2.0 * (most + 0.5) / f32(count), 1.0);
+    light = between(light, front / max(covered, 1e-6), share);
+    return vec4f(bounded_scene(light.rgb), clamp(light.a, 0.0, HALF_MAX));
 }

@@ -1,5 +1,6 @@
 // Lines along the edges of surfaces. The inverse of the depth is linear on a plane in perspective, so its second
 // difference is 0 on planes of any slope, and large at steps and folds.
+#import depth
 #import grade
 #import math
 
@@ -11,14 +12,10 @@ struct Outline {
     normal_threshold: f32,
 }
 
-fn outline_inverse(depth: texture_2d<f32>, p: vec2i) -> f32 {
-    return 1.0 / clamp(texel(depth, p).x, 1e-3, HALF_MAX);
-}
-
 // The second difference of the inverse depth along an axis, as a share of it.
 fn outline_fold(depth: texture_2d<f32>, p: vec2i, step: vec2i) -> f32 {
-    let center = outline_inverse(depth, p);
-    return abs(outline_inverse(depth, p - step) + outline_inverse(depth, p + step) - 2.0 * center) / center;
+    let center = depth_inverse(depth, p);
+    return abs(depth_inverse(depth, p - step) + depth_inverse(depth, p + step) - 2.0 * center) / center;
 }
 
 fn outline_depth_edge(depth: texture_2d<f32>, p: vec2i, params: Outline) -> f32 {

@@ -3,6 +3,7 @@
 // with Depth Maps", 1987. Distances along the light's axis are compared, so any projection and any direction of depth
 // will do, and biases are lengths. Penumbrae of lights of some size: Fernando, "Percentage-Closer Soft Shadows", 2005.
 #import camera
+#import depth
 #import grade
 #import surface
 
@@ -142,7 +143,7 @@ fn shadow_soft(map: texture_2d<f32>, light: Camera, place: ShadowPlace, turn: f3
 // The place in the world of what a pixel shows, and its distance. Apart from what reads the light: a module with the
 // blocks of both cameras has four uniform buffers, with which Mesa 22 crashes.
 fn shadow_mask_place(depth: vec4f, camera: Camera, at: Point) -> vec4f {
-    let distance = clamp(depth.x, 1e-3, HALF_MAX);
+    let distance = depth_distance(depth.x);
     return vec4f(camera_world(camera, camera_place(camera, at.uv, distance)), distance);
 }
 

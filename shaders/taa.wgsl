@@ -2,6 +2,7 @@
 // the pixel now, and a part of the new frame is mixed in. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014;
 // the limit by mean and variance: Salvi, "An Excursion in Temporal Supersampling", GDC 2016.
 #import camera
+#import depth
 #import grade
 #import math
 
@@ -54,6 +55,7 @@ struct TaaAround {
     above: vec3f,
     brightest: f32,
     keep_above: f32,
+    alpha: vec3f,   // new, least and greatest
     nearness: f32,  // how much the samples of this frame say about the pixel, 1 on average
 }
 
@@ -67,15 +69,18 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     var least = vec3f(1e9);
     var greatest = vec3f(-1e9);
     var brightest = 0.0;
+    var alpha = vec3f(0.0, 1e9, -1e9);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let light = texel(source, p + vec2i(x, y)).rgb;
+            let pixel = texel(source, p + vec2i(x, y));
+            let light = pixel.rgb;
             brightest = max(brightest, taa_brightness(light));
             let color = taa_packed(taa_without_lamps(light, params), params.white);
             let away = params.size * (vec2f(f32(x), f32(y)) + jitter);
             let weight = exp(-TAA_SHARPNESS * dot(away, away));
             sum += weight * color;
             total += weight;
+            alpha = vec3f(alpha.x + weight * color.w * pixel.a, min(alpha.y, pixel.a), max(alpha.z, pixel.a));
             let apart = color - middle;
             mean += apart / 9.0;
             square += apart.xyz * apart.xyz / 9.0;
@@ -89,7 +94,8 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     let below = min(mean.xyz - least, most);
     let above = min(greatest - mean.xyz, most);
     let nearness = select(1.0, total / TAA_SPARSE, params.size > 1.0);
-    return TaaAround(sum / max(total, 1e-7), mean, below, above, brightest, params.keep_above, nearness);
+    alpha.x /= max(sum.w, 1e-7);
+    return TaaAround(sum / max(total, 1e-7), mean, below, above, brightest, params.keep_above, alpha, nearness);
 }
 
 // True if a bright light is wide, as a sky is: three of the eight pixels at this distance show it, too.
@@ -118,10 +124,10 @@ fn taa_seen(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> Ta
 // The nearest of the nine texels around: edges move with the surface in front.
 fn taa_nearest(depth: texture_2d<f32>, p: vec2i) -> vec2i {
     var nearest = p;
-    var least = texel(depth, p).x;
+    var least = depth_at(depth, p);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let found = texel(depth, p + vec2i(x, y)).x;
+            let found = depth_at(depth, p + vec2i(x, y));
             nearest = select(nearest, p + vec2i(x, y), found < least);
             least = min(least, found);
         }
@@ -132,7 +138,7 @@ fn taa_nearest(depth: texture_2d<f32>, p: vec2i) -> vec2i {
 // The place in the world that is seen at a texel.
 fn taa_world(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
     let uv = (vec2f(p) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
-    return camera_world(camera, camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX)));
+    return camera_world(camera, camera_place(camera, uv, depth_at(depth, p)));
 }
 
 // The motion of a texel since the previous frame, in uv: by the motion image, or of static surfaces.
@@ -159,7 +165,7 @@ fn taa_was_seen(
     var off = 1e9;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let found = clamp(texel(previous_depth, middle + vec2i(x, y)).x, 1e-3, HALF_MAX);
+            let found = depth_at(previous_depth, middle + vec2i(x, y));
             off = min(off, abs(found - expected) / min(expected, found));
         }
     }
@@ -176,16 +182,16 @@ fn taa_weights(x: f32) -> vec4f {
 }
 
 // A sharp filter of the history, which is filtered again in every frame.
-fn taa_bicubic(history: texture_2d<f32>, uv: vec2f) -> vec3f {
+fn taa_bicubic(history: texture_2d<f32>, uv: vec2f) -> vec4f {
     let size = vec2f(textureDimensions(history));
     let place = clamp(uv * size - 0.5, vec2f(-2.0), size + 1.0);
     let base = floor(place);
     let across = taa_weights(place.x - base.x);
     let down = taa_weights(place.y - base.y);
-    var sum = vec3f();
+    var sum = vec4f();
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {
-            let color = texel(history, vec2i(base) + vec2i(x - 1, y - 1)).rgb;
+            let color = texel(history, vec2i(base) + vec2i(x - 1, y - 1));
             sum += across[x] * down[y] * color;
         }
     }
@@ -270,7 +276,7 @@ fn taa_place(at: Point, jitter: vec2f, params: Taa) -> TaaPlace {
 fn taa_mixed(
     source: texture_2d<f32>,
     history: texture_2d<f32>,
-    old: vec3f,
+    old: vec4f,
     around: TaaAround,
     is_seen: bool,
     there: vec2f,
@@ -280,7 +286,7 @@ fn taa_mixed(
     params: Taa,
 ) -> vec4f {
     let share = select(1.0, min(taa_share(there, at.size, params) * around.nearness, 1.0), is_seen);
-    var light = old;
+    var light = old.rgb;
     var lamps = vec3f();
     if around.brightest > around.keep_above {
         let split = taa_split(history, there, ratio, params);
@@ -289,7 +295,21 @@ fn taa_mixed(
     }
     let packed = taa_limited(taa_packed(light, params.white), around);
     let mixed = taa_unpacked(between(packed, around.color, share));
-    return vec4f(bounded_scene(mixed + lamps), texel(source, place.pixel).a);
+    return vec4f(bounded_scene(mixed + lamps), taa_alpha(old.a, packed.w, around, share));
+}
+
+// The alpha of a mixture: each weighs as much as its color does, and that of the history is limited to what is seen
+// around.
+fn taa_alpha(old: f32, weight: f32, around: TaaAround, share: f32) -> f32 {
+    let weights = vec2f(weight * (1.0 - share), around.color.w * share);
+    let limited = clamp(old, around.alpha.y, around.alpha.z);
+    let mixed = dot(weights, vec2f(limited, around.alpha.x)) / max(weights.x + weights.y, 1e-7);
+    return clamp(mixed, around.alpha.y, around.alpha.z);
+}
+
+// The history of the exposure of this frame.
+fn taa_exposed(old: vec4f, ratio: f32) -> vec4f {
+    return vec4f(bounded_scene(old.rgb * ratio), old.a);
 }
 
 // True if the history is valid at a place.
@@ -327,7 +347,7 @@ fn taa(
     let was_seen = taa_was_seen(depth, previous_depth, camera, place.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let ratio = taa_ratio(meter, previous_exposure, params);
-    let old = bounded_scene(taa_bicubic(history, there) * ratio);
+    let old = taa_exposed(taa_bicubic(history, there), ratio);
     return taa_mixed(source, history, old, around, is_seen, there, ratio, place, at, params);
 }
 
@@ -352,6 +372,6 @@ fn taa_bilinear(
     let was_seen = taa_was_seen(depth, previous_depth, camera, place.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let ratio = taa_ratio(meter, previous_exposure, params);
-    let old = bounded_scene(tap(history, history_sampler, there).rgb * ratio);
+    let old = taa_exposed(tap(history, history_sampler, there), ratio);
     return taa_mixed(source, history, old, around, is_seen, there, ratio, place, at, params);
 }

@@ -1,5 +1,6 @@
 // The scene behind a froxel volume: scattered light in rgb, the share of light that passes in alpha, both from the
 // camera to the texel. Wronski, "Volumetric Fog", 2014.
+#import depth
 #import grade
 
 struct VolumetricComposite {
@@ -37,7 +38,7 @@ fn volumetric_composite(
     at: Point,
     params: VolumetricComposite,
 ) -> vec4f {
-    let slice = volumetric_slice(depth.x, params);
+    let slice = volumetric_slice(depth_distance(depth.x), params);
     let fog = tap3(volume, volume_sampler, vec3f(at.uv, (slice - params.first + 0.5) / params.slices));
     // No fog lies at the near end, and that of the first texel at its place.
     let share = params.amount * min(slice / params.first, 1.0);

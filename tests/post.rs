@@ -36,7 +36,7 @@ struct Host {
     gpu: Shared,
     scene: wgpu::TextureView,
     post: Post,
-    time: f32,
+    time: f64,
 }
 
 impl Host {
@@ -412,7 +412,7 @@ fn exposures(lights: &[f32]) -> Vec<[f32; 4]> {
         let image = flat(&gpu, *light);
         let desc = ImageDesc::new(Size::new(64, 36));
         let image = InputImage { input: "scene".into(), view: image, desc, finite: false };
-        let step = FrameStep { time: 0.1 * number as f32, dt: 0.1, kind: FrameKind::cut_if(number == 0) };
+        let step = FrameStep { time: 0.1 * number as f64, dt: 0.1, kind: FrameKind::cut_if(number == 0) };
         session.render(desc.size, &[image], step).unwrap();
         values.push(session.value("meter.result").unwrap().expect("the meter runs"));
     }
@@ -453,7 +453,7 @@ fn two_views_of_one_pipeline_are_two_pipelines() {
     let views = sizes.map(|size| scene(&gpu(), size));
     let frames = |host: &mut Host, number: usize, view: usize| {
         host.scene = views[view].clone();
-        host.time = 0.1 * number as f32;
+        host.time = 0.1 * number as f64;
         host.frame().unwrap_or_else(|error| panic!("{error}"));
         let texels = download(&host.gpu.device, &host.gpu.queue, host.post.output("display").unwrap());
         texels.unwrap_or_else(|error| panic!("{error}")).bytes

@@ -27,9 +27,9 @@ choices! {
 node_kind! {
     /// Grades by a look-up table or another color file.
     ///
-    /// The file is a `.cube` table, a PNG with tiles or in HALD layout, or a `.clf` file in Common LUT Format (version
-    /// 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and color decision lists in any order. Other
-    /// formats are read by `OcioTransform`, of programs with the feature `ocio`.
+    /// The file is a `.cube` table, a PNG with a strip or rows of tiles or in HALD layout, or a `.clf` file in Common
+    /// LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and color decision lists
+    /// in any order. Other formats are read by `OcioTransform`, of programs with the feature `ocio`.
     ///
     /// State in `from` the space that the table was made for, and in `to` that of its results. Without them, the author
     /// of the table decides, and the node belongs where the image is in that space. With them, the node converts. A
@@ -39,8 +39,8 @@ node_kind! {
     /// after the shaper.
     ///
     /// The steps of a `.clf` file and the conversions are computed for each pixel, in 32 bits, and not baked into a
-    /// table. An error in the file is reported with its line. The node is skipped if the table is an identity, or if
-    /// `strength` is 0 and the state stays.
+    /// table. An error in the file is reported with its line. The node is skipped if `strength` is 0 and the state
+    /// stays; a table that changes nothing within its domain still limits colors to it.
     pub struct ColorLut {
         /// The file. Without a file the node changes nothing.
         pub file: FileValue = FileValue::default();
@@ -81,9 +81,7 @@ node_kind! {
 
 impl Node for ColorLut {
     fn is_identity(&self, _: &InputValues) -> bool {
-        let keeps = self.state == LutState::Source;
-        let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.decoded().is_identity;
-        keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())
+        self.state == LutState::Source && (self.strength == 0.0 || self.file.bytes.is_none())
     }
 
     fn verify(&self) -> Result<(), String> {

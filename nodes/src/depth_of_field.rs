@@ -19,8 +19,8 @@ node_kind! {
     ///
     /// Place it before the tone curve, so that bright lights become bright discs. The depth is the distance along the
     /// view axis in meters. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in
-    /// the middle of the largest circle. Alpha passes unchanged. After Jimenez, "Next Generation Post Processing in
-    /// Call of Duty: Advanced Warfare", SIGGRAPH 2014.
+    /// the middle of the largest circle. Alpha is blurred with the color, which it has been multiplied into. After
+    /// Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014.
     pub struct DepthOfField {
         /// Factor of the circles. 0 changes nothing, 1 is the lens.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);

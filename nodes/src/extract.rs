@@ -17,8 +17,8 @@ choices! {
         /// A luminance clamp for an image after the exponential curve: twice the color, through a smooth step from
         /// luminance 0.8 to 1. Ignores `threshold`, `knee` and `brightness`.
         Clamp,
-        /// Alpha is the emissive strength. The result is color times alpha where alpha is at least the threshold:
-        /// Caracal's selective bloom. A mask of 0 and 1 selects at each threshold from 0 to 1.
+        /// Alpha is the emissive strength, up to 1. The result is color times alpha where alpha is at least the
+        /// threshold: Caracal's selective bloom. A mask of 0 and 1 selects at each threshold from 0 to 1.
         Emissive,
         /// All light: for a `Composite` with `blend: Mix`.
         All,
@@ -50,7 +50,8 @@ node_kind! {
     /// Selects the light that bloom spreads: the color of the source times a weight.
     ///
     /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
-    /// the scene. Black stays black. Results are limited to 65504. Alpha passes unchanged.
+    /// the scene. Black stays black, and no result is brighter than the source times `intensity`, or for `Clamp` twice
+    /// that. Results are limited to 65504. Alpha passes unchanged.
     ///
     /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
     /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was there or next to it in that
@@ -67,8 +68,8 @@ node_kind! {
         pub threshold: f32 = 1.0
             => within(0.0..=65504.0), usually(0.0..=4.0),
                when("method", [ExtractMethod::Knee, ExtractMethod::Gate, ExtractMethod::Emissive]);
-        /// For `Knee` and `Gate`: half of the width of the transition around the threshold. 0 is a hard edge, which
-        /// flickers in motion.
+        /// For `Knee` and `Gate`: half of the width of the transition around the threshold, which begins at black if it
+        /// is as wide as the threshold or wider. 0 is a hard edge, which flickers in motion.
         pub knee: f32 = 0.1
             => within(0.0..=65504.0), usually(0.0..=1.0), when("method", [ExtractMethod::Knee, ExtractMethod::Gate]);
         /// How single bright pixels are limited.
@@ -107,11 +108,12 @@ impl Extract {
         }
     }
 
-    /// `Clamp` is a gate from 0.8 to 1 with a factor of 2.
+    /// `Clamp` is a gate from 0.8 to 1 with a factor of 2. A transition never begins below black: it would select light
+    /// that is not there.
     fn numbers(&self) -> Numbers {
         match self.method {
             ExtractMethod::Clamp => Numbers(0.9, 0.1, 2.0 * self.intensity),
-            _ => Numbers(self.threshold, self.knee, self.intensity),
+            _ => Numbers(self.threshold, self.knee.min(self.threshold), self.intensity),
         }
     }
 }

@@ -130,6 +130,21 @@ const CARACAL: (f32, f32) = (1.69, 2.36);
 /// quarter of that for each finer level.
 const FILTERED: f32 = 0.64;
 
+/// The falloff of taps up to a radius whose weights 2^(falloff i^2) have this variance, by bisection.
+fn falloff_of_variance(variance: f64, radius: u32) -> f64 {
+    let found = |falloff: f64| {
+        let weights = (1..=radius).map(|i| f64::from(i).powi(2)).map(|square| (square, (falloff * square).exp2()));
+        let [sum, moment] = weights.fold([0.0; 2], |[sum, moment], (square, w)| [sum + w, moment + square * w]);
+        2.0 * moment / (1.0 + 2.0 * sum)
+    };
+    let (mut steep, mut flat) = (-100.0, 0.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (steep + flat);
+        if found(middle) < variance { steep = middle } else { flat = middle }
+    }
+    steep
+}
+
 /// The shader's parameters for one blur.
 pub(crate) struct Blur {
     function: &'static str,
@@ -148,6 +163,14 @@ impl Blur {
         let (sigma, radius) = if sigma <= NO_BLUR { (1.0, 0) } else { (sigma, (reach * sigma).ceil() as u32) };
         let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
         Self { function, radius, falloff: falloff as f32 }
+    }
+
+    /// The blur whose taps have this variance, up to `reach` standard deviations. Unlike that of [`Self::new`], which
+    /// loses what lies beyond its last tap, its width has no steps.
+    pub(crate) fn of_variance(variance: f64, reach: f32) -> Self {
+        let radius = (f64::from(reach) * variance.sqrt()).ceil() as u32;
+        let falloff = falloff_of_variance(variance, radius);
+        Self { function: "gaussian_exact", radius, falloff: falloff as f32 }
     }
 
     fn changes_nothing(&self) -> bool {

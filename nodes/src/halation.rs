@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 
 use crate::downsample;
-use crate::gaussian::{Blur, GaussianKernel, GaussianTaps};
+use crate::gaussian::Blur;
 
 static SHADER: Shader = shader!("halation");
 
@@ -13,7 +13,8 @@ node_kind! {
     /// Light that passes the emulsion is reflected by the back of the film's base and exposes it again, from below:
     /// first the red layer. The share is taken from where the light arrived, so a constant image stays the same and the
     /// sum of all light, too; no threshold is needed, because only bright places have enough light to show. Place it
-    /// before the tone curve. The glow is a Gaussian, made at a lower resolution for wide ones. Alpha passes unchanged.
+    /// before the tone curve. The glow is a Gaussian, made at a lower resolution for wide ones, where it is as much
+    /// narrower as halvings and the enlargement widen it. Alpha passes unchanged.
     pub struct Halation {
         /// Share of the light that is spread, at most. 0 changes nothing.
         pub strength: f32 = 0.1 => within(0.0..=1.0), usually(0.0..=0.5), neutral(0.0);
@@ -58,6 +59,15 @@ fn scale(side: u32, whole: u32) -> f32 {
     side as f32 / whole as f32
 }
 
+/// The variance of the blur of a side that is scaled by halvings, in its texels, for a glow of `sigma` pixels. A
+/// halving by `Tap13` has the variance 7/4 in texels of its source, so all of them together have 7/12 (1 - scale^2) in
+/// texels of the result. The tent that enlarges has 2/3 + scale^2 / 12 at the pixels.
+fn variance(sigma: f32, side: u32, whole: u32) -> f64 {
+    let scale = f64::from(side) / f64::from(whole);
+    let filters = if side == whole { 0.0 } else { 1.25 - 0.5 * scale * scale };
+    ((f64::from(sigma) * scale).powi(2) - filters).max(0.0)
+}
+
 impl Node for Halation {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")
@@ -71,10 +81,9 @@ impl Node for Halation {
         let small = ImageDesc::new(pass.desc(image).size);
         let across = pass.transient("across", small);
         let glow = pass.transient("glow", small);
-        let [width, height] =
-            [sigma * scale(small.size.width, desc.size.width), sigma * scale(small.size.height, desc.size.height)];
-        Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, width, REACH).along(pass, [1, 0], image, across);
-        Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, height, REACH).along(pass, [0, 1], across, glow);
+        let [width, height] = [(small.size.width, desc.size.width), (small.size.height, desc.size.height)];
+        Blur::of_variance(variance(sigma, width.0, width.1), REACH).along(pass, [1, 0], image, across);
+        Blur::of_variance(variance(sigma, height.0, height.1), REACH).along(pass, [0, 1], across, glow);
         let is_whole = pass.desc(glow).size == desc.size;
         pass.function(&SHADER, if is_whole { "halation_pixel" } else { "halation" })
             .read("source", source)

@@ -9,10 +9,11 @@ static SHADER: Shader = shader!("histogram");
 node_kind! {
     /// Counts the pixels of each luminance in bins of equal width in stops.
     ///
-    /// Every pixel is counted once, with its full weight. Bin 0 holds the pixels that the meter ignores: those at or
-    /// below `black`, and those that the albedo's alpha excludes. Pixels outside of the range count in the first or the
-    /// last of the other bins. So the sum of all bins is the weight of the whole image. Counts are integers, so equal
-    /// images give equal histograms.
+    /// Every pixel is counted once. Bin 0 holds the pixels that the meter ignores: those at or below `black`, those
+    /// that the albedo's alpha excludes, and those of a host image that are infinite or NaN and that no neighbor
+    /// repairs. Of a pixel that is nearly as dark as `black` it holds a part, so that a meter does not jump there.
+    /// Pixels outside of the range count in the first or the last of the other bins. So the sum of all bins is the
+    /// weight of the whole image. Counts are integers, so equal images give equal histograms.
     ///
     /// The default range is EV100 -10 to 19 for luminance in cd/m2, up to the largest half float. For brighter light,
     /// give the input a factor in the pipeline file, `Color(scale: 0.001)`.
@@ -21,9 +22,9 @@ node_kind! {
     /// of 18 % in the same light, 0.18 L / albedo (Lambert), with the albedo's luminance limited to 0.04 to 1. Without
     /// it, the mean reflectance of the scene is assumed to be 18 %.
     ///
-    /// The table holds four floats, which are also the value `brightest`, and then the bins as integers. Without
-    /// weighting, a pixel counts 1. With weighting, a full weight is min(255, (2^32 - 1) / pixels), so that no bin can
-    /// overflow: 255 up to 16.8 million pixels, 129 at 7680x4320, 15 at 16384x16384.
+    /// The table holds four floats, which are also the value `brightest`, and then the bins as integers. A full weight
+    /// is min(255, (2^32 - 1) / pixels), so that no bin can overflow: 255 up to 16.8 million pixels, 129 at 7680x4320,
+    /// 15 at 16384x16384.
     pub struct Histogram {
         /// Number of bins, including bin 0. Fewer are less accurate, not faster. The default has 13.2 bins per stop.
         pub bins: u32 = 384 => within(64.0..=512.0), quality(384u32, [192, 96]);
@@ -31,7 +32,8 @@ node_kind! {
         pub lo: f32 = LOWEST_LOG2 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Upper end of the range. 16 is EV100 19, the default upper limit of `AutoExposure`.
         pub hi: f32 = HIGHEST_LOG2 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Luminance at or below this counts in bin 0. 0 excludes only exact black, as of borders without a picture.
+        /// Luminance at or below this does not count. A little above it a pixel counts in part: up to twice of it, and
+        /// at least up to the lower end of the range above it. 0 excludes borders without a picture.
         pub black: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
         /// Sampling stride: 1 reads every pixel, 2 one of each 2x2 pixels, chosen by a hash of their position. At least
         /// 900,000 pixels are read: in small images the stride is less. Pixels are skipped and not averaged, because a
@@ -84,8 +86,13 @@ fn rows(sampled: Size) -> u32 {
 
 impl Histogram {
     /// The count of a pixel with full weight.
-    fn full_weight(&self, weighted: bool, pixels: u64) -> f32 {
-        if weighted { (u64::from(u32::MAX) / pixels).clamp(1, 255) as f32 } else { 1.0 }
+    fn full_weight(pixels: u64) -> f32 {
+        (u64::from(u32::MAX) / pixels).clamp(1, 255) as f32
+    }
+
+    /// The inverse of the luminance above `black` at which a pixel counts in full.
+    fn rise(&self) -> f32 {
+        self.black.max(self.lo.exp2()).recip()
     }
 }
 
@@ -100,7 +107,6 @@ impl Node for Histogram {
         let step = stride(size, self.step);
         let sampled = size.div_up(step);
         let (albedo, mask) = (pass.wired("albedo"), pass.wired("mask"));
-        let weighted = mask || self.weight != MeteringWeight::Uniform;
         let albedo_image = image_or_nothing(pass, "albedo");
         let mask_image = image_or_nothing(pass, "mask");
         // Whole vectors, because the header is also read as one.
@@ -114,7 +120,8 @@ impl Node for Histogram {
             .buffer("result", table)
             .set("step", step)
             .set("bins_per_stop", f64::from(self.bins - 1) / f64::from(self.hi - self.lo))
-            .set("full_weight", self.full_weight(weighted, sampled.texels()))
+            .set("rise", self.rise())
+            .set("full_weight", Self::full_weight(sampled.texels()))
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))
             .constant("HISTOGRAM_MASK", f64::from(u8::from(mask)))
             .constant("HISTOGRAM_WEIGHT", self.weight.constant())

@@ -19,9 +19,9 @@ node_kind! {
     /// Turns a depth buffer into the distance along the view axis, in meters if the world is.
     ///
     /// The projection of the camera may be any: perspective or orthographic, with the near plane at 0 or at 1, and with
-    /// a far plane at an infinite distance. Distances above 65504 m, the largest half float, become 65504 m. `camera`
-    /// is required, and must be the one that made the depth buffer. All kinds that take a `depth` expect such
-    /// distances.
+    /// a far plane at an infinite distance. Distances above 65504 m, the largest half float, become 65504 m, and so
+    /// does what lies behind the camera. `camera` is required, and must be the one that made the depth buffer. All
+    /// kinds that take a `depth` expect such distances.
     pub struct LinearDepth {
         /// What the numbers of `depth` are. Distances pass as they are.
         pub encoding: DepthEncoding = DepthEncoding::Projected;
@@ -34,7 +34,7 @@ node_kind! {
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
         OutputState::Always(ColorState::Data),
-        "The distance along the view axis, in x; 0 to 65504.",
+        "The distance along the view axis, in x; 0.001 to 65504.",
     )
     .or_input("depth")];
 }

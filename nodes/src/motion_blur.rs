@@ -28,9 +28,9 @@ node_kind! {
     /// without one, what moves faster counts as nearer. A pixel at a smooth edge moves as the object in front of it.
     /// Without a motion, a depth and the camera say how what stands still has moved in the image; without these,
     /// nothing is blurred. Samples are moved by a random number for each pixel, equal on every device. Place it before
-    /// the tone curve. Alpha passes unchanged. After McGuire and others, "A Reconstruction Filter for Plausible Motion
-    /// Blur", I3D 2012, and Guertin and others, "A Fast and Stable Feature-Aware Motion Blur Filter", HPG 2014;
-    /// graph/docs/measurements/depth.md compares it with rays.
+    /// the tone curve. Alpha moves with the color, which it has been multiplied into. After McGuire and others, "A
+    /// Reconstruction Filter for Plausible Motion Blur", I3D 2012, and Guertin and others, "A Fast and Stable
+    /// Feature-Aware Motion Blur Filter", HPG 2014; graph/docs/measurements/depth.md compares it with rays.
     pub struct MotionBlur {
         /// How long the shutter is open: 360 degrees is the whole frame. 0 changes nothing.
         pub shutter: f32 = 180.0 => within(0.0..=360.0), unit("degrees"), neutral(0.0);

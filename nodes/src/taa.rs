@@ -32,7 +32,7 @@ node_kind! {
     /// Place it before motion blur, depth of field and bloom. On exposed light, wire the exposure and that of the frame
     /// before (`meter: "metered", previous_exposure: "taa.exposure@previous"`), and the history is as bright as the new
     /// frame when the exposure changes. A light `Sharpen` or `Cas` after it gives back what the filter takes. Alpha is
-    /// that of the new frame.
+    /// mixed with the color, which it has been multiplied into.
     ///
     /// With `double`, the result is twice as large as the source: temporal upscaling. A frame then says more about some
     /// of the four pixels than about others, and counts by that; jitter should have at least 16 places, and

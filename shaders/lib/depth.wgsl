@@ -2,9 +2,20 @@
 // perspective, so planes of any slope are found again.
 #import sanitize
 
+// A number of a depth image as a distance, from 1 mm to 65504 m. No surface has 0 or less: nothing was drawn there, so
+// it is the far end. A NaN that no neighbor repairs is read as 0.
+fn depth_distance(number: f32) -> f32 {
+    return select(HALF_MAX, clamp(number, 1e-3, HALF_MAX), number > 0.0);
+}
+
+// The distance at a texel.
+fn depth_at(depth: texture_2d<f32>, p: vec2i) -> f32 {
+    return depth_distance(texel(depth, p).x);
+}
+
 // The inverse of the distance at a texel: from 1/65504 to 1000.
 fn depth_inverse(depth: texture_2d<f32>, p: vec2i) -> f32 {
-    return 1.0 / clamp(texel(depth, p).x, 1e-3, HALF_MAX);
+    return 1.0 / depth_at(depth, p);
 }
 
 // The change of the inverse from a texel to the next on the surface that the texel shows: the smaller one of the

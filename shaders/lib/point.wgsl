@@ -7,12 +7,21 @@ struct Point {
     size: vec2f,
 }
 
-// The frame. `time` and `dt` are in seconds. `reset` is 1 in the first frame and after a reset by the host, else 0.
+// The frame. Its time is a whole number of seconds and a part of one, because a float has no frames left after some
+// hours. `dt` is in seconds. `reset` is 1 in the first frame and after a reset by the host, else 0.
 struct Frame {
-    time: f32,
+    seconds: u32,
+    part: f32,
     dt: f32,
     index: u32,
     reset: u32,
+}
+
+// The phase, from 0 to 1, of what happens `rate` times in a second. It moves as evenly after a week as in the first
+// second: the phase of the whole seconds is a product of integers, in 2^-32 of a cycle.
+fn frame_phase(frame: Frame, rate: f32) -> f32 {
+    let whole = frame.seconds * u32(fract(rate) * 4294967296.0);
+    return fract(f32(whole) * 2.3283064365e-10 + fract(frame.part * rate));
 }
 
 // The four texels of an image of twice the size that lie under one texel.

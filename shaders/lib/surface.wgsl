@@ -1,6 +1,6 @@
 // Places and normals of surfaces that an image of distances along the view axis shows, in the camera's space.
 #import camera
-#import sanitize
+#import depth
 
 // Anything farther is the sky, which is no surface.
 const SURFACE_FARTHEST: f32 = 60000.0;
@@ -8,7 +8,7 @@ const SURFACE_FARTHEST: f32 = 60000.0;
 // The position of the surface at a texel of the depth image, in the camera's space.
 fn surface_place(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
     let uv = (vec2f(p) + 0.5) / vec2f(textureDimensions(depth));
-    return camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX));
+    return camera_place(camera, uv, depth_at(depth, p));
 }
 
 // The way along the surface to the next texel: to the side where the depth bends less.

@@ -47,7 +47,7 @@ const GIVEN: [Given; 6] = [
 ];
 
 /// The declaration of an input for a port, and its picture.
-fn input(port: &str, ty: PortType, given: &Given) -> (&'static str, Picture) {
+fn input(port: &str, ty: PortType, given: &Given, map: fn(u32) -> f32) -> (&'static str, Picture) {
     let [width, height] = SIDES;
     let index = |x: u32, y: u32| 3 * x + 5 * y;
     let picture = |pixel: &dyn Fn(u32, u32) -> [f32; 4]| Picture::new(width, height, pixel);
@@ -55,7 +55,8 @@ fn input(port: &str, ty: PortType, given: &Given) -> (&'static str, Picture) {
         _ if ty == PortType::Volume => {
             ("Color(volume: true)", Picture::new(width, height * SLICES, |x, _| [0.1, 0.1, 0.1, x as f32 / 48.0]))
         }
-        "depth" | "previous_depth" | "map" => ("Depth", picture(&|x, y| [(given.depth)(index(x, y)), 0.0, 0.0, 1.0])),
+        "depth" | "previous_depth" => ("Depth", picture(&|x, y| [(given.depth)(index(x, y)), 0.0, 0.0, 1.0])),
+        "map" => ("Depth", picture(&|x, y| [map(index(x, y)), 0.0, 0.0, 1.0])),
         "normal" => ("Normals", picture(&|_, _| [given.normal[0], given.normal[1], given.normal[2], 0.0])),
         "motion" => ("Motion", picture(&|_, _| [given.motion, -given.motion, 0.0, 0.0])),
         "albedo" => ("Albedo", picture(&|_, _| [0.5, 0.4, 0.3, 1.0])),
@@ -68,13 +69,13 @@ fn input(port: &str, ty: PortType, given: &Given) -> (&'static str, Picture) {
     }
 }
 
-/// Renders a kind with all ports that hosts give, and panics unless its outputs are finite and not negative.
-fn check(kind: &NodeKind, camera: &(&str, Camera), given: &Given) {
+/// The output of a kind with all ports that hosts give; `map` is the depth map of a light.
+fn rendered(kind: &NodeKind, camera: &Camera, given: &Given, map: fn(u32) -> f32) -> Picture {
     let ports: Vec<_> = kind.inputs().iter().filter(|port| !matches!(port.ty, PortType::Value)).collect();
     let ports: Vec<_> = ports.into_iter().filter(|port| &*port.name != "previous_exposure").collect();
     let is_block = |port: &&&afterimage_graph::node::Input| port.ty == PortType::Block;
     let images: Vec<_> = ports.iter().filter(|port| !is_block(port)).collect();
-    let pictures: Vec<_> = images.iter().map(|port| (&*port.name, input(&port.name, port.ty, given))).collect();
+    let pictures: Vec<_> = images.iter().map(|port| (&*port.name, input(&port.name, port.ty, given, map))).collect();
     let declared: String = pictures.iter().map(|(name, (ty, _))| format!("\"{name}\": {ty}, ")).collect();
     let blocks: String = ports.iter().filter(is_block).map(|port| format!("\"{}\": Camera, ", port.name)).collect();
     let wires: String = ports.iter().map(|port| format!("{0}: \"{0}\", ", port.name)).collect();
@@ -86,10 +87,16 @@ fn check(kind: &NodeKind, camera: &(&str, Camera), given: &Given) {
     let graph = graph(&text);
     let mut run = Run::new(&graph).exact();
     for port in ports.iter().filter(is_block) {
-        run = run.block(&port.name, &camera.1);
+        run = run.block(&port.name, camera);
     }
     let inputs: Vec<(&str, &Picture)> = pictures.iter().map(|(name, (_, picture))| (*name, picture)).collect();
-    let found = run.frame(&inputs).remove(0);
+    run.frame(&inputs).remove(0)
+}
+
+/// Panics unless the output of a kind is finite and not negative.
+fn check(kind: &NodeKind, camera: &(&str, Camera), given: &Given) {
+    let name = kind.name();
+    let found = rendered(kind, &camera.1, given, given.depth);
     let is_good = |x: &f32| x.is_finite() && *x >= 0.0;
     let bad = found.pixels.as_flattened().iter().find(|x| !is_good(x));
     assert!(bad.is_none(), "{name}, a camera {}, {}: {bad:?}", camera.0, given.name);
@@ -106,5 +113,37 @@ fn kinds_with_a_camera_take_all_that_a_renderer_may_give() {
         let cameras = cameras();
         GIVEN.iter().for_each(|given| check(kind, &cameras[0], given));
         cameras[1..].iter().for_each(|camera| check(kind, camera, &GIVEN[3]));
+    }
+}
+
+/// Depths that no surface has, each beside the one that they count as: at one place in four, and everywhere.
+const IMPOSSIBLE: [[fn(u32) -> f32; 2]; 5] = [
+    [|i| if i % 4 == 0 { 0.0 } else { 3.0 }, |i| if i % 4 == 0 { 65504.0 } else { 3.0 }],
+    [|i| if i % 4 == 0 { -3.0 } else { 3.0 }, |i| if i % 4 == 0 { 65504.0 } else { 3.0 }],
+    [|_| 0.0, |_| 65504.0],
+    [|_| -1e30, |_| 65504.0],
+    [|_| f32::NAN, |_| 65504.0],
+];
+
+/// The judge is the same frame with a sky in these places.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn depth_that_cannot_be_is_far_in_every_kind() {
+    let takes_depth = |kind: &&NodeKind| {
+        // That of a projection may be 0.
+        let is_distance = kind.name() != "LinearDepth";
+        is_distance && kind.inputs().iter().any(|port| &*port.name == "depth" && port.ty == PortType::Image)
+    };
+    let kinds: Vec<&NodeKind> = afterimage_nodes::ALL.iter().filter(takes_depth).collect();
+    assert!(kinds.len() >= 12, "only {} kinds read a depth", kinds.len());
+    let [(_, camera), ..] = cameras();
+    for kind in kinds {
+        for (index, depths) in IMPOSSIBLE.into_iter().enumerate() {
+            let [found, wanted] = depths.map(|depth| {
+                let given = Given { name: "", depth, motion: 0.01, normal: [0.6, 0.0, 0.8] };
+                rendered(kind, &camera, &given, |i| 0.1 * (i % 7) as f32)
+            });
+            assert!(found.pixels == wanted.pixels, "{}: depths {index} are not far", kind.name());
+        }
     }
 }

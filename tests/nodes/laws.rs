@@ -433,7 +433,7 @@ fn a_line_is_drawn_at_steps_and_folds_of_surfaces_and_nowhere_else() {
 }
 
 /// The source of each pixel's light, in pixels: an image of places, seen through the air.
-fn places(text: &str, mask: Option<&Picture>, time: f32) -> Vec<DVec2> {
+fn places(text: &str, mask: Option<&Picture>, time: f64) -> Vec<DVec2> {
     let ramp = Picture::new(120, 80, |x, y| [x as f32 + 0.5, y as f32 + 0.5, 0.0, 1.0]);
     let inputs = [("in", "Color"), ("mask", "Mask")];
     let wire = if mask.is_some() { "mask: \"mask\"" } else { "" };

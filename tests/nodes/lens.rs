@@ -181,26 +181,110 @@ fn spread(image: &Picture, at: u32, axis: usize) -> [f64; 2] {
     [sum, square / sum]
 }
 
+/// The glow of one pixel with all of its light spread, as shares of its energy and of the standard deviation asked for,
+/// in x and y.
+fn halation_of_a_pixel(size: [u32; 2], at: [u32; 2], sigma: f64) -> [[f64; 2]; 2] {
+    let radius = sigma / f64::from(size[1]);
+    let text =
+        format!("\"result\": Halation(source: \"scene\", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: {radius:.7})");
+    let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
+    let shown = Nodes::new(&text, &[("scene", "Exposed")]).exact(&[&light]);
+    [0, 1].map(|axis| {
+        let [energy, square] = spread(&shown, at[axis], axis);
+        [energy / 1000.0, square.sqrt() / sigma]
+    })
+}
+
+/// The judge is the definition: the second moment of the light that a pixel spreads.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn halation_keeps_energy_and_width_at_every_size() {
-    let nodes = r#""result": Halation(source: "scene", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: 0.07)"#;
-    let nodes = Nodes::new(nodes, &[("scene", "Exposed")]);
-    let mut widths = None;
     let odd = sweep::some([[257, 256], [256, 257], [257, 257], [255, 255], [253, 251]], 2);
     for size in [[256, 256]].into_iter().chain(odd) {
-        let sigma = 0.07 * f64::from(size[1]);
         for at in [[128, 128], [129, 128], [128, 129], [127, 127]] {
-            let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
-            let shown = nodes.exact(&[&light]);
-            for axis in [0, 1] {
-                let [energy, square] = spread(&shown, at[axis], axis);
-                assert!((energy / 1000.0 - 1.0).abs() < 1e-3, "{size:?} {at:?}: {energy}");
-                // Halvings and enlargements widen the glow; by as much as at a size that is halved exactly.
-                let width = square.sqrt() / sigma;
-                let exact = *widths.get_or_insert(width);
-                assert!((width / exact - 1.0).abs() < 0.02, "{size:?} {at:?}: {width} of the sigma, not {exact}");
+            for [energy, width] in halation_of_a_pixel(size, at, 0.07 * f64::from(size[1])) {
+                assert!((energy - 1.0).abs() < 1e-3, "{size:?} {at:?}: {energy}");
+                assert!((width - 1.0).abs() < 0.02, "{size:?} {at:?}: {width} of the sigma");
             }
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures say how good the kind is")]
+fn halation_is_as_wide_as_its_radius_says_on_both_sides_of_a_halving() {
+    // Halvings begin at sigmas of 4, 8 and 16 pixels.
+    for sigma in [0.3, 0.5, 1.0, 2.0, 3.0, 3.5, 3.98, 4.02, 4.5, 5.5, 7.0, 7.95, 8.05, 9.0, 12.0, 15.9, 16.1, 19.0] {
+        for at in [[80, 80], [81, 83]] {
+            let found = halation_of_a_pixel([160, 160], at, sigma);
+            println!("a sigma of {sigma} at {at:?}: {found:.4?}");
+            for [energy, width] in found {
+                assert!((energy - 1.0).abs() < 1e-3 && (width - 1.0).abs() < 0.005, "{sigma} at {at:?}: {width}");
+            }
+        }
+    }
+}
+
+/// A disc with stripes, some of them half transparent, before nothing; `at` is the place of its middle.
+pub(super) fn on_glass(size: [u32; 2], at: [f32; 2]) -> Picture {
+    Picture::new(size[0], size[1], |x, y| {
+        let is_disc = (x as f32 - at[0]).hypot(y as f32 - at[1]) < 14.0;
+        let alpha = if !is_disc {
+            0.0
+        } else if (x / 5) % 2 == 0 {
+            1.0
+        } else {
+            0.5
+        };
+        [0.8 * alpha, 0.3 * alpha, 0.1 * alpha, alpha]
+    })
+}
+
+/// A picture over a background of one light.
+pub(super) fn over(picture: &Picture, background: f32) -> Picture {
+    let Picture { width, height, .. } = *picture;
+    Picture::new(width, height, |x, y| {
+        let [r, g, b, a] = picture.at(x, y);
+        let [r, g, b] = [r, g, b].map(|light| light + (1.0 - a) * background);
+        [r, g, b, 1.0]
+    })
+}
+
+/// The largest difference of two pictures.
+pub(super) fn apart(one: &Picture, other: &Picture) -> f32 {
+    let pairs = one.pixels.iter().zip(&other.pixels);
+    pairs.flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+}
+
+/// The judge is the same node on the picture over a background: what it makes of light and alpha, over that background.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn blurs_of_a_transparent_picture_lie_over_any_background() {
+    let size = [72, 60];
+    let glass = on_glass(size, [35.0, 29.0]);
+    let is_disc = |x: u32, y: u32| glass.at(x, y)[3] > 0.0;
+    let depth = Picture::new(size[0], size[1], |x, y| [if is_disc(x, y) { 1.5 } else { 5.0 }, 0.0, 0.0, 1.0]);
+    let motion = Picture::new(size[0], size[1], |x, y| if is_disc(x, y) { [9.0, 4.0, 0.0, 1.0] } else { [0.0; 4] });
+    let lens = "DepthOfField(source: \"in\", depth: \"depth\", focal_length: 100.0, largest: 0.1, FOCUS)";
+    for text in [
+        &lens.replace("FOCUS", "focus: 5.0"),
+        &lens.replace("FOCUS", "focus: 1.5"),
+        &lens.replace("FOCUS", "focus: 3.0, blades: 6"),
+        "MotionBlur(source: \"in\", motion: \"motion\", depth: \"depth\", unit: Pixels, shutter: 360.0, largest: 0.2)",
+        "MotionBlur(source: \"in\", motion: \"motion\", unit: Pixels, shutter: 360.0, largest: 0.2)",
+    ] {
+        let nodes = format!("\"result\": {text}");
+        let nodes = Nodes::new(&nodes, &[("in", "Color"), ("depth", "Depth"), ("motion", "Motion")]);
+        let blurred = nodes.exact(&[&glass, &depth, &motion]);
+        // There is nothing to see behind a disc in focus.
+        let is_blurred = apart(&blurred, &glass) > 0.2;
+        assert!(is_blurred || text.contains("focus: 1.5"), "{text}: nothing is blurred");
+        for background in [0.0, 1.0, 20.0] {
+            let wanted = nodes.exact(&[&over(&glass, background), &depth, &motion]);
+            let off = apart(&over(&blurred, background), &wanted) / background.max(1.0);
+            assert!(off < 1e-4, "{text} over {background}: off by {off}");
+            assert!(wanted.pixels.iter().all(|pixel| (pixel[3] - 1.0).abs() < 1e-6), "{text}: it is opaque");
         }
     }
 }

@@ -34,7 +34,8 @@ fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
 fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
     let total: u32 = wanted.iter().sum();
     assert_eq!(found.iter().sum::<u32>(), total, "{what}: every pixel counts once");
-    assert_eq!(found[0], wanted[0], "{what}: pixels that do not count");
+    // A part of a pixel may round to either side.
+    assert!(found[0].abs_diff(wanted[0]) <= total / 255 / 20, "{what}: pixels that do not count");
     let mut ahead = 0_i64;
     let moved: i64 = found
         .iter()
@@ -44,7 +45,7 @@ fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
             ahead.abs()
         })
         .sum();
-    assert!(moved <= i64::from(total) / 2000 + 1, "{what}: {moved} of {total} in another bin");
+    assert!(moved <= i64::from(total) / 2000 + 255, "{what}: {moved} of {total} in another bin");
 }
 
 #[test]
@@ -98,9 +99,9 @@ fn an_albedo_meters_light_and_not_paint() {
     let mut wanted = vec![0; BINS.count];
     for (surface, pixel) in sanitized(&albedo).pixels.iter().zip(&sanitized(&painted).pixels) {
         let light = gray_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
-        wanted[if surface[3] < 0.5 { 0 } else { BINS.bin(light) }] += 1;
+        BINS.add(&mut wanted, if surface[3] < 0.5 { 0.0 } else { light });
     }
-    assert!(wanted[0] >= 4 * 70);
+    assert!(wanted[0] >= 255 * 4 * 70);
     // A column of the picture has one illuminance, whatever it is painted with: half the bins stay empty.
     assert_close(&bins, &wanted, "albedo");
 }
@@ -186,7 +187,11 @@ fn an_exposure_stays_when_a_pattern_moves_by_a_pixel() {
 }
 
 fn gray(value: f32) -> Picture {
-    Picture::new(8, 8, |_, _| [value, value, value, 1.0])
+    gray_of(value, 8)
+}
+
+fn gray_of(value: f32, side: u32) -> Picture {
+    Picture::new(side, side, |_, _| [value, value, value, 1.0])
 }
 
 fn auto(parameters: &str) -> String {
@@ -322,7 +327,8 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let graph = pipeline(
-        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ShowValue(value: \"auto\")",
+        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \
+     \"result\": ShowValue(value: \"auto\")",
     );
     let frames =
         [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
@@ -330,6 +336,87 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let followed = adapt_exponential(of_dim, Aim { before: of_dim, wanted: of_bright }, 0.25, 1.0, 3.0);
     for (value, wanted) in sequence(&graph, &frames).iter().zip([0.0, of_dim, followed, followed, of_dim]) {
         assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{value:?} {wanted}");
+    }
+}
+
+/// Three meters that show (stops, mean, ...).
+const METERS: [&str; 3] = [
+    "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", low: 0.0, high: 1.0), \
+     \"result\": ShowValue(value: \"auto\")",
+    "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ShowValue(value: \"auto\")",
+    "\"mean\": MeanLuminance(source: \"scene\", mean: Linear, weight: Center), \"auto\": Adapt(mean: \"mean\"), \
+     \"result\": ShowValue(value: \"auto\")",
+];
+
+/// The stops of pictures, so many of 1000 pixels of which are as dark as each number, while the others have a luminance
+/// of 1.
+fn stops_beside(graph: &Graph, darks: &[f32], count: u32) -> Vec<f32> {
+    let of = |dark: f32| {
+        Picture::new(50, 20, |x, y| {
+            let light = if x * 20 + y < count { dark } else { 1.0 };
+            [light, light, light, 1.0]
+        })
+    };
+    let pictures: Vec<Picture> = darks.iter().map(|dark| of(*dark)).collect();
+    let frames: Vec<(&Picture, f32, bool)> = pictures.iter().map(|picture| (picture, 0.1, true)).collect();
+    sequence(graph, &frames).iter().map(|value| value[0]).collect()
+}
+
+/// The judge is continuity: the exposure of black is the limit of those of ever darker pictures.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn black_is_metered_as_what_is_nearly_black() {
+    let way: Vec<f32> = (0..=512_u16).map(|i| (f32::from(i) / 64.0 - 20.0).exp2()).collect();
+    for text in [&auto(""), &auto("low: 0.0, high: 1.0"), METERS[1]] {
+        let graph = pipeline(text);
+        for count in [100, 900, 990] {
+            let near = stops_beside(&graph, &[0.0, 1e-30, 1e-12, 1e-9, 1e-7], count);
+            for stops in &near {
+                let off = (stops - near[0]).abs();
+                assert!(off < 0.02, "{text}: {count} of 1000 pixels: {near:?}");
+            }
+            for pair in stops_beside(&graph, &way, count).windows(2) {
+                let off = (pair[1] - pair[0]).abs();
+                assert!(off < 0.5, "{text}: {count} of 1000 pixels: {off} stops for a 64th of a stop of the dark ones");
+            }
+        }
+    }
+}
+
+/// The judge is the same frame in which the pixels have the light of all others.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn no_number_that_is_not_finite_moves_an_exposure() {
+    let numbers = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+    let (first, plain) = (gray_of(0.5, 40), gray_of(0.25, 40));
+    // One pixel, two beside each other, a square that no neighbor repairs, all.
+    let places: [fn(u32, u32) -> bool; 4] =
+        [|x, y| (x, y) == (7, 9), |x, y| y == 9 && x / 2 == 4, |x, y| x / 9 == 1 && y / 9 == 2, |_, _| true];
+    for text in METERS {
+        let graph = pipeline(text);
+        let states =
+            |middle: &Picture| sequence(&graph, &[(&first, 0.1, true), (middle, 0.1, false), (&plain, 0.1, false)]);
+        let [_, repaired, after] = states(&plain)[..] else { panic!("three frames") };
+        for number in numbers {
+            for (index, is_bad) in places.into_iter().enumerate() {
+                let bad =
+                    Picture::new(
+                        40,
+                        40,
+                        |x, y| if is_bad(x, y) { [number, number, number, 1.0] } else { plain.at(x, y) },
+                    );
+                let found = states(&bad);
+                let whole = index + 1 == places.len();
+                // A frame that shows nothing keeps the exposure.
+                let held = whole && found[1] == found[0];
+                let off = (found[1][0] - repaired[0]).abs().max((found[2][0] - after[0]).abs());
+                assert!(
+                    held || off < 1e-4,
+                    "{text}: {number} at place {index}: {found:?}, not {repaired:?}, {after:?}"
+                );
+                assert_eq!(held, whole, "{text}: {number}");
+            }
+        }
     }
 }
 

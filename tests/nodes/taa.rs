@@ -5,7 +5,7 @@ use afterimage_graph::node::Camera;
 use afterimage_nodes::DemoScene;
 use glam::{Mat4, vec3};
 
-use super::lens::lights;
+use super::lens::{apart, lights, on_glass, over};
 use super::occlusion::surfaces;
 use super::surface::{eye, scene};
 use crate::reference::image::Image;
@@ -372,4 +372,51 @@ fn the_history_follows_the_exposure() {
 /// Light that differs from pixel to pixel.
 fn noise(x: u32, y: u32) -> f32 {
     0.3 + super::camera::shift(x as usize, y as usize) as f32 * 0.4
+}
+
+/// The judge is the same node on the picture over a background: what it makes of a striped disc that moves before
+/// nothing, over that background.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures say how good the kind is")]
+fn a_transparent_picture_over_a_background_is_smoothed_as_one() {
+    let size = [72, 60];
+    let depth = Picture::new(size[0], size[1], |_, _| [3.0, 0.0, 0.0, 1.0]);
+    let motion = Picture::new(size[0], size[1], |_, _| [2.3, 1.4, 0.0, 1.0]);
+    let camera = eye();
+    let text = "\"result\": Taa(source: \"in\", history: \"result@previous\", depth: \"depth\", camera: \"camera\", \
+                motion: \"motion\", unit: Pixels)";
+    let nodes = Nodes::new(text, &[("in", "Color"), ("depth", "Depth"), ("motion", "Motion")]).camera(Some(&camera));
+    let graph = nodes.graph();
+    let run = Run::new(&graph).camera(Some(&camera)).exact();
+    let smooth = |change: &dyn Fn(Picture) -> Picture| {
+        let mut sequence = Sequence::new(&run);
+        for frame in 0..8_u8 {
+            let place = [2.3, 1.4].map(|step| 20.0 + step * f32::from(frame));
+            let picture = change(on_glass(size, place));
+            sequence.frame(&[("in", &picture), ("depth", &depth), ("motion", &motion)], 0.04, frame == 0);
+        }
+        sequence.output("out")
+    };
+    let glass = smooth(&|picture| picture);
+    // With the alpha of the last frame alone.
+    let last = on_glass(size, [2.3, 1.4].map(|step| 20.0 + step * 7.0));
+    let unmixed = Picture::new(size[0], size[1], |x, y| {
+        let ([r, g, b, _], [.., alpha]) = (glass.at(x, y), last.at(x, y));
+        [r, g, b, alpha]
+    });
+    for background in [0.0, 1.0] {
+        let wanted = smooth(&|picture| over(&picture, background));
+        let [[most, mean], [_, without]] = [&glass, &unmixed].map(|picture| {
+            let found = over(picture, background);
+            let sum: f32 = found.pixels.iter().zip(&wanted.pixels).map(|(a, b)| (a[0] - b[0]).abs()).sum();
+            [apart(&found, &wanted), sum / found.pixels.len() as f32]
+        });
+        println!(
+            "over {background}: {most:.4} at most, {mean:.5} on average, {without:.5} with the alpha of one frame"
+        );
+        // Limits and weights of light differ over another background.
+        assert!(most < 0.15 && mean < 0.002, "over {background}: {most}, {mean}");
+        assert!(background == 0.0 || mean < 0.25 * without, "over {background}: {mean}, and {without} without");
+    }
 }

@@ -1,5 +1,6 @@
 //! Warps on the GPU: every formula of a lens, and warps that become one pass.
 
+use afterimage_graph::check::Graph;
 use afterimage_plan::Options;
 
 use super::lens::lights;
@@ -147,13 +148,50 @@ fn hot_air_rises_with_the_time() {
         let mut run = Run::new(&graph).exact();
         run.time = time;
         let found = run.frame(&[("in", &picture)]).remove(0);
-        let wanted = Haze { time: f64::from(time), ..haze }.apply(&image(&picture), None);
+        let wanted = Haze { time, ..haze }.apply(&image(&picture), None);
         assert_close(&format!("after {time} s"), &found, &wanted, &PLACES);
     }
     let masked = "\"result\": HeatHaze(source: \"in\", mask: \"mask\", strength: 0.1)";
     let cold = Picture::new(5, 3, |_, _| [0.0, 1.0, 1.0, 1.0]);
     let found = Nodes::new(masked, &[("in", "Color"), ("mask", "Mask")]).exact(&[&picture, &cold]);
     assert_eq!(found, picture);
+}
+
+/// How much the picture changes from each of 16 frames to the next, at 60 in a second from a time on.
+fn changes(graph: &Graph, picture: &Picture, from: f64) -> Vec<f64> {
+    let shown = |frame: u32| {
+        let mut run = Run::new(graph).exact();
+        run.time = from + f64::from(frame) / 60.0;
+        run.frame(&[("in", picture)]).remove(0)
+    };
+    let frames: Vec<Picture> = (0..=16).map(shown).collect();
+    frames.windows(2).map(|pair| error(&pair[1], &image(&pair[0]))).collect()
+}
+
+/// The judge is the motion of the first minute: after a week it is as fast and as even.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_moves_with_the_time_moves_as_well_after_a_week() {
+    const WEEK: f64 = 7.0 * 86_400.0;
+    let picture = smooth(96, 54);
+    let haze =
+        Nodes::new("\"result\": HeatHaze(source: \"in\", strength: 0.1, scale: 0.3)", &[("in", "Color")]).graph();
+    let early = changes(&haze, &picture, 10.0);
+    for from in [4.0 * 3600.0, WEEK, 52.0 * WEEK] {
+        let late = changes(&haze, &picture, from + 0.3);
+        let [mean, first] = [&late, &early].map(|all| all.iter().sum::<f64>() / all.len() as f64);
+        assert!((0.5..2.0).contains(&(mean / first)), "{from} s: {late:?} and {early:?}");
+        let (least, most) = (late.iter().copied().fold(f64::MAX, f64::min), late.iter().copied().fold(0.0, f64::max));
+        assert!(most < 3.0 * least, "{from} s: {late:?}");
+    }
+    // Thirty changes in a second, each of all blocks.
+    let text = "\"result\": Glitch(source: \"in\", rate: 30.0, share: 1.0)";
+    let glitch = Nodes::new(text, &[("in", "Exposed")]).graph();
+    for from in [10.0, 4.0 * 3600.0, WEEK, 52.0 * WEEK] {
+        let steps = changes(&glitch, &picture, from + 0.005);
+        let is_each_second = |parity: usize| steps.iter().enumerate().all(|(i, off)| (*off > 0.0) == (i % 2 == parity));
+        assert!(is_each_second(0) || is_each_second(1), "{from} s: {steps:?}");
+    }
 }
 
 /// The mean error of the colors.

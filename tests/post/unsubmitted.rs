@@ -87,7 +87,7 @@ fn pictures(gpu: &Gpu, order: Order) -> (Vec<Vec<u8>>, Vec<[f32; 4]>) {
             blocks: &[("camera", &camera)],
             rectangles: &[("scene", at(4 * u32::from(number), 3)), ("display", at(2, 2 * u32::from(number)))],
             factors: &[("scene", 0.5 + step)],
-            time: step,
+            time: f64::from(step),
             dt: 0.1 + step,
             kind: FrameKind::cut_if(number == 0 || dropped && number == 3),
             ..Frame::default()

@@ -2,6 +2,7 @@
 
 use super::image::{Image, rgb};
 use super::math::dot;
+use super::view::distance_of;
 
 #[derive(Clone, Copy)]
 pub(crate) struct Bilateral {
@@ -11,7 +12,7 @@ pub(crate) struct Bilateral {
 }
 
 fn inverse(depth: &Image, x: i64, y: i64) -> f64 {
-    1.0 / depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+    1.0 / distance_of(depth.texel(x, y)[0])
 }
 
 /// The change of the inverse from a texel to the next: the smaller difference.

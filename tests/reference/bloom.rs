@@ -5,9 +5,10 @@ use super::image::{Image, mix4, rgb};
 use super::math::{Rgb, largest, mix, smooth_step};
 use super::resample::{Down, Firefly, Up, downsample, downsample_karis, half_size, upsample};
 
-/// The factor of a color of `brightness` under a threshold with a quadratic knee.
+/// The factor of a color of `brightness` under a threshold with a quadratic knee, which begins at black at the lowest.
 pub(crate) fn knee_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
-    let (threshold, knee) = (threshold.max(0.0), knee.max(0.0));
+    let threshold = threshold.max(0.0);
+    let knee = knee.clamp(0.0, threshold);
     let hard = (brightness - threshold).max(0.0);
     let soft = if knee > 0.0 {
         let s = (brightness - threshold + knee).clamp(0.0, 2.0 * knee);
@@ -24,12 +25,13 @@ pub(crate) fn gate_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
     if brightness <= 0.0 {
         return 0.0;
     }
+    let knee = knee.min(threshold);
     smooth_step(threshold - knee, threshold + knee, brightness)
 }
 
-/// The glow of a pixel whose alpha is its emissive intensity: nothing below `threshold`.
+/// The glow of a pixel whose alpha is its emissive intensity, up to 1: nothing below `threshold`.
 pub(crate) fn select_emissive([r, g, b, a]: [f64; 4], threshold: f64, intensity: f64) -> Rgb {
-    if a >= threshold { [r, g, b].map(|x| x * a * intensity) } else { [0.0; 3] }
+    if a >= threshold { [r, g, b].map(|x| x * a.min(1.0) * intensity) } else { [0.0; 3] }
 }
 
 /// The sizes of `count` levels, the first half of the image.

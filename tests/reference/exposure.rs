@@ -61,13 +61,27 @@ impl Bins {
         self.low + (bin as f64 - 0.5) / (self.count - 1) as f64 * (self.high - self.low)
     }
 
-    /// The histogram of an image; the sum of the bins is the number of pixels.
+    /// The histogram of an image, in which each pixel counts 255: those a little brighter than black in part, the rest
+    /// of them in bin 0. What is darker still counts 1 in bin 1, all of it in one tile of an image.
     pub(crate) fn histogram(&self, image: &Image) -> Vec<u32> {
         let mut counts = vec![0; self.count];
         for &pixel in &image.pixels {
-            counts[self.bin(luminance(rgb(pixel)))] += 1;
+            self.add(&mut counts, luminance(rgb(pixel)));
+        }
+        let is_faint = |pixel: &[f64; 4]| luminance(rgb(*pixel)) > self.black;
+        if counts[1..].iter().all(|count| *count == 0) && image.pixels.iter().any(is_faint) {
+            counts[0] -= 1;
+            counts[1] += 1;
         }
         counts
+    }
+
+    /// Adds a pixel of this luminance.
+    pub(crate) fn add(&self, counts: &mut [u32], luminance: f64) {
+        let share = ((luminance - self.black) / self.black.max(self.low.exp2())).clamp(0.0, 1.0);
+        let counted = (255.0 * share * share).round() as u32;
+        counts[self.bin(luminance)] += counted;
+        counts[0] += 255 - counted;
     }
 
     /// The log2 luminance below which a share of the counted pixels lies, which are spread evenly in each bin.
@@ -205,8 +219,8 @@ fn a_histogram_counts_every_pixel_and_meters_the_middle() {
         _ => [0.25, 0.25, 0.25, 1.0],
     });
     let counts = bins.histogram(&image);
-    assert_eq!(counts.iter().sum::<u32>(), 35);
-    assert_eq!(counts[0], 10);
+    assert_eq!(counts.iter().sum::<u32>(), 255 * 35);
+    assert_eq!(counts[0], 255 * 10);
     let mean = bins.trimmed_mean(&counts, 0.4, 0.95).expect("some pixels count");
     assert!((mean + 2.0).abs() < 0.501 * 20.0 / 255.0, "{mean}");
 }

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3};
 
 use super::image::{Image, center_uv};
 use super::math::{Rgb, dot};
-use super::view::View;
+use super::view::{View, distance_of};
 
 /// The fog and the camera, in meters. Directions are in view space.
 #[derive(Clone, Copy)]
@@ -49,7 +49,7 @@ impl Fog {
             let ray = [(2.0 * u - 1.0) * width as f64 / height as f64 * tan, (1.0 - 2.0 * v) * tan, -1.0];
             let length = dot(ray, ray).sqrt();
             let direction = ray.map(|part| part / length);
-            let distance = depth.texel(x as i64, y as i64)[0].max(0.0) * length;
+            let distance = distance_of(depth.texel(x as i64, y as i64)[0]) * length;
             let optical = self.optical_depth(self.eye_height, dot(self.up, direction), distance);
             self.lit(image.texel(x as i64, y as i64), optical, direction)
         })
@@ -69,7 +69,7 @@ impl Fog {
         let to_world = DMat4::from_cols_array_2d(&camera.view.map(|column| column.map(f64::from))).inverse();
         let height = dot(self.up, to_world.transform_point3(DVec3::ZERO).to_array());
         Image::new(image.width, image.height, |x, y| {
-            let place = view.place([x as f64, y as f64], depth.texel(x as i64, y as i64)[0].max(1e-3));
+            let place = view.place([x as f64, y as f64], distance_of(depth.texel(x as i64, y as i64)[0]));
             let direction = to_world.transform_vector3(place.normalize()).to_array();
             let optical = self.optical_depth(height, dot(self.up, direction), place.length());
             self.lit(image.texel(x as i64, y as i64), optical, direction)

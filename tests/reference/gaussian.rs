@@ -14,6 +14,21 @@ pub(crate) fn taps(sigma: f64, radius: usize) -> Vec<f64> {
     raw.iter().map(|weight| weight / total).collect()
 }
 
+/// The weights whose variance is this one, up to three standard deviations.
+pub(crate) fn taps_of_variance(variance: f64) -> Vec<f64> {
+    let radius = radius(variance.sqrt());
+    let found = |sigma: f64| {
+        let weights = taps(sigma, radius);
+        2.0 * weights.iter().enumerate().map(|(i, weight)| (i * i) as f64 * weight).sum::<f64>()
+    };
+    let (mut narrow, mut wide) = (1e-3, 1e3);
+    while wide - narrow > 1e-9 {
+        let middle = 0.5 * (narrow + wide);
+        *if found(middle) < variance { &mut narrow } else { &mut wide } = middle;
+    }
+    taps(wide, radius)
+}
+
 /// Half a kernel as `[offset, weight]` of bilinear taps: the center, then pairs, then what is
 /// left over.
 pub(crate) fn linear_pairs(half: &[f64]) -> Vec<[f64; 2]> {

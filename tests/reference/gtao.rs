@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::image::Image;
 use super::math::mix;
-use super::view::View;
+use super::view::{View, distance_of};
 
 /// The distance off a plane, as a share of the depth, beyond which visibilities are not mixed.
 const SOFT: f64 = 0.02;
@@ -45,7 +45,7 @@ struct Seen {
 
 impl Surfaces<'_> {
     fn distance(&self, [x, y]: [i64; 2]) -> f64 {
-        self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+        distance_of(self.depth.texel(x, y)[0])
     }
 
     pub(super) fn place(&self, [x, y]: [i64; 2]) -> DVec3 {
@@ -203,7 +203,7 @@ fn denoised(image: &Image, [dx, dy]: [i64; 2]) -> Image {
 /// Visibilities of half of the size at the pixels of the depth.
 fn enlarged(small: &Image, depth: &Image) -> Image {
     Image::new(depth.width, depth.height, |x, y| {
-        let inverse = 1.0 / depth.texel(x as i64, y as i64)[0].clamp(1e-3, 65504.0);
+        let inverse = 1.0 / distance_of(depth.texel(x as i64, y as i64)[0]);
         let place = [x, y].map(|at| (at as f64 - 1.0) / 2.0);
         let (mut sum, mut total) = (0.0, 0.0);
         for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {

@@ -1,20 +1,22 @@
 //! Light that lenses and film spread: halation, streaks, flares, dirt.
 
-use super::gaussian::{blur_axis, taps};
+use super::gaussian::{blur_axis, taps_of_variance};
 use super::image::{Image, add_weighted, center_uv};
 use super::math::{Rgb, largest, smooth_step};
 use super::resample::{Down, Up, downsample, half_size, upsample};
 
 /// Halation: `share` of each channel is spread by a Gaussian of `sigma` pixels, at half the resolution as long as it is
-/// wider than four texels along y.
+/// wider than four texels along y. Its variance is less by that of the halvings, 7/4 of the texels of each source, and
+/// of the tent, 2/3 of the texels and a twelfth of the pixels.
 pub(crate) fn halation(image: &Image, share: Rgb, sigma: f64) -> Image {
     let mut small = image.clone();
     while sigma * small.height as f64 / image.height as f64 > 4.0 && small.width.max(small.height) > 1 {
         small = downsample(&small, half_size(small.width, small.height), Down::ThirteenTap);
     }
     let [across, down] = [(small.width, image.width), (small.height, image.height)].map(|(side, whole)| {
-        let sigma = sigma * side as f64 / whole as f64;
-        taps(sigma, (3.0 * sigma).ceil() as usize)
+        let scale = side as f64 / whole as f64;
+        let filters = if side < whole { 1.25 - 0.5 * scale * scale } else { 0.0 };
+        taps_of_variance((sigma * scale).powi(2) - filters)
     });
     let glow = blur_axis(&blur_axis(&small, &across, [1, 0]), &down, [0, 1]);
     let is_whole = (glow.width, glow.height) == (image.width, image.height);

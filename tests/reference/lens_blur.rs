@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use super::image::Image;
 use super::math::mix;
+use super::view::distance_of;
 
 /// Surfaces whose depths differ by less than this share belong together.
 const SOFT: f64 = 0.05;
@@ -45,7 +46,7 @@ impl DepthOfField {
     /// if it is sharper, or of the nearest blurred one before a pixel in focus.
     fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
         let surface = |[x, y]: [i64; 2]| {
-            let z = depth.texel(x, y)[0].max(1e-3);
+            let z = distance_of(depth.texel(x, y)[0]);
             [self.gathered(z, image.height as f64), z]
         };
         let own = surface([x, y]);
@@ -102,9 +103,8 @@ impl DepthOfField {
     }
 
     fn gather(&self, image: &Image, circles: &Image, [x, y]: [usize; 2], reach: f64) -> [f64; 4] {
-        let center = image.texel(x as i64, y as i64);
         let [own, own_depth, ..] = circles.texel(x as i64, y as i64);
-        let mut layers = [[0.0; 4]; 2];
+        let (mut layers, mut weights) = ([[0.0; 4]; 2], [0.0; 2]);
         let mut add = |color: [f64; 4], [radius, depth, ..]: [f64; 4], distance: f64, area: f64| {
             let apart = ((depth - own_depth) / (SOFT * own_depth)).clamp(-1.0, 1.0);
             let covers = |radius: f64| (radius - distance + 0.5).clamp(0.0, 1.0) / (PI * radius * radius).max(1.0);
@@ -112,8 +112,8 @@ impl DepthOfField {
             // Past the own surface, what is behind is seen through the own circle.
             let far = mix(covers(radius.min(own)), covers(own), apart.max(0.0));
             for (layer, weight) in [area * before * covers(radius), area * (1.0 - before) * far].iter().enumerate() {
-                (0..3).for_each(|c| layers[layer][c] += weight * color[c]);
-                layers[layer][3] += weight;
+                (0..4).for_each(|c| layers[layer][c] += weight * color[c]);
+                weights[layer] += weight;
             }
         };
         for ([dx, dy], distance, area) in self.samples(reach) {
@@ -122,9 +122,8 @@ impl DepthOfField {
             add(color, circles.texel(place[0], place[1]), distance, area);
         }
         let [before, behind] = layers;
-        let cover = before[3].clamp(0.0, 1.0);
-        let light = |c: usize| mix(behind[c] / behind[3].max(1e-6), before[c] / before[3].max(1e-6), cover);
-        [light(0), light(1), light(2), center[3]]
+        let cover = weights[0].clamp(0.0, 1.0);
+        [0, 1, 2, 3].map(|c| mix(behind[c] / weights[1].max(1e-6), before[c] / weights[0].max(1e-6), cover))
     }
 }
 
@@ -170,7 +169,7 @@ impl MotionBlur {
         let paths = paths.map(|[x, y, z, _]| {
             let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);
             let nearness = 1.0 / (1.0 + limit * x.hypot(y));
-            [x * limit, y * limit, if z.is_nan() { nearness } else { z.max(1e-3) }, 1.0]
+            [x * limit, y * limit, if z.is_nan() { nearness } else { distance_of(z) }, 1.0]
         });
         // A pixel beside a surface well in front of it moves with that, if it moves in another way.
         let paths = Image::new(image.width, image.height, |x, y| {
@@ -214,7 +213,7 @@ impl MotionBlur {
                 (image.texel(place[0], place[1]), other[2], step * seen, step * cover(length, along(offset)))
             })
         };
-        let mut light = [center[0], center[1], center[2]];
+        let mut light = center;
         if own[0].hypot(own[1]) >= 0.5 {
             let (mut same, mut behind) = (Layer::default(), Layer::default());
             same.add(center, 1e-3 * 2.0 * (own[0].hypot(own[1]) + 0.5) / count as f64);
@@ -230,31 +229,30 @@ impl MotionBlur {
         for (color, depth, seen, _) in samples(longest) {
             front.add(color, before(depth, own[2]) * seen);
         }
-        let [r, g, b] = front.over(light);
-        [r, g, b, center[3]]
+        front.over(light)
     }
 }
 
-/// Light, and for how much of the time it is seen.
+/// Light with its alpha, and for how much of the time it is seen.
 #[derive(Default)]
 struct Layer {
-    sum: [f64; 3],
+    sum: [f64; 4],
     cover: f64,
 }
 
 impl Layer {
     fn add(&mut self, color: [f64; 4], cover: f64) {
-        self.sum = [0, 1, 2].map(|c| self.sum[c] + cover * color[c]);
+        self.sum = [0, 1, 2, 3].map(|c| self.sum[c] + cover * color[c]);
         self.cover += cover;
     }
 
-    fn mean(&self) -> Option<[f64; 3]> {
+    fn mean(&self) -> Option<[f64; 4]> {
         (self.cover > 1e-6).then(|| self.sum.map(|sum| sum / self.cover))
     }
 
-    fn over(&self, under: [f64; 3]) -> [f64; 3] {
+    fn over(&self, under: [f64; 4]) -> [f64; 4] {
         let Some(mean) = self.mean() else { return under };
-        [0, 1, 2].map(|c| mix(under[c], mean[c], self.cover.min(1.0)))
+        [0, 1, 2, 3].map(|c| mix(under[c], mean[c], self.cover.min(1.0)))
     }
 }
 

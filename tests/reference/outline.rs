@@ -2,10 +2,11 @@
 
 use super::image::{Image, rgb};
 use super::math::{Rgb, dot, mix, smooth_step};
+use super::view::distance_of;
 
 /// The strength of the line at a pixel by depth.
 pub(crate) fn depth_edge(depth: &Image, [x, y]: [usize; 2], width: i64, threshold: f64) -> f64 {
-    let inverse = |i: i64, j: i64| 1.0 / depth.texel(x as i64 + i, y as i64 + j)[0].clamp(1e-3, 65504.0);
+    let inverse = |i: i64, j: i64| 1.0 / distance_of(depth.texel(x as i64 + i, y as i64 + j)[0]);
     let center = inverse(0, 0);
     let fold = |i: i64, j: i64| (inverse(-i, -j) + inverse(i, j) - 2.0 * center).abs() / center;
     smooth_step(threshold, 2.0 * threshold, fold(width, 0).max(fold(0, width)))

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec2, DVec3, Vec4Swizzles as _};
 use super::image::Image;
 use super::math::{Rgb, mix};
 use super::sanitize::extended;
-use super::view::View;
+use super::view::{View, distance_of};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Taa {
@@ -47,6 +47,8 @@ struct Around {
     below: Rgb,
     above: Rgb,
     lamps: Lamps,
+    /// The filtered new alpha, and the limits of the old one.
+    alpha: [f64; 3],
 }
 
 /// The light of lamps around a pixel: the filtered new one, and the limits of the old one.
@@ -66,7 +68,7 @@ impl Frames<'_> {
     }
 
     fn distance(&self, [x, y]: [i64; 2]) -> f64 {
-        self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+        distance_of(self.depth.texel(x, y)[0])
     }
 
     fn world(&self, [x, y]: [i64; 2]) -> DVec3 {
@@ -78,10 +80,10 @@ impl Frames<'_> {
 
     fn nearest(&self, [x, y]: [i64; 2]) -> [i64; 2] {
         let mut nearest = [x, y];
-        let mut least = self.depth.texel(x, y)[0];
+        let mut least = self.distance([x, y]);
         for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))) {
-            if self.depth.texel(i, j)[0] < least {
-                (nearest, least) = ([i, j], self.depth.texel(i, j)[0]);
+            if self.distance([i, j]) < least {
+                (nearest, least) = ([i, j], self.distance([i, j]));
             }
         }
         let last = [self.depth.width as i64 - 1, self.depth.height as i64 - 1];
@@ -107,7 +109,7 @@ impl Frames<'_> {
         let middle = there * self.size() - DVec2::from_array(self.camera.previous_jitter.map(f64::from));
         let middle = middle.clamp(DVec2::splat(-4.0), self.size() + 4.0).floor();
         let off = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))).map(|(i, j)| {
-            let found = previous.texel(middle.x as i64 + i, middle.y as i64 + j)[0].clamp(1e-3, 65504.0);
+            let found = distance_of(previous.texel(middle.x as i64 + i, middle.y as i64 + j)[0]);
             (found - expected.max(1e-3)).abs() / expected.max(1e-3).min(found)
         });
         let off = off.fold(1e9, f64::min);
@@ -139,11 +141,11 @@ fn spline(p: [f64; 4], x: f64) -> f64 {
     ((a * x + b) * x + slope[0]) * x + p[1]
 }
 
-fn bicubic(image: &Image, uv: DVec2) -> Rgb {
+fn bicubic(image: &Image, uv: DVec2) -> [f64; 4] {
     let size = DVec2::new(image.width as f64, image.height as f64);
     let place = (uv * size - 0.5).clamp(DVec2::splat(-2.0), size + 1.0);
     let (base, part) = (place.floor(), place - place.floor());
-    [0, 1, 2].map(|c| {
+    [0, 1, 2, 3].map(|c| {
         let row = |j: i64| {
             let at = |i: i64| image.texel(base.x as i64 + i, base.y as i64 + j)[c];
             spline([-1, 0, 1, 2].map(at), part.x)
@@ -176,13 +178,14 @@ impl Taa {
         };
         let square = || (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j)));
         let limit = if square().filter(is_bright).count() > 2 { 65504.0 } else { self.keep_above };
-        let (mut nine, mut lamps) = (Vec::new(), Vec::new());
+        let (mut nine, mut lamps, mut alphas) = (Vec::new(), Vec::new(), Vec::new());
         for (i, j) in square() {
-            let [r, g, b, _] = frames.source.texel(x + i, y + j);
+            let [r, g, b, alpha] = frames.source.texel(x + i, y + j);
             let weight = (-2.29 * (DVec2::new(i as f64, j as f64) + jitter).length_squared()).exp();
             let [light, lamp] = split([r, g, b], limit);
             nine.push((packed(light, self.white), weight));
             lamps.push((lamp, weight));
+            alphas.push((alpha, weight * self.weight(packed(light, self.white))));
         }
         let total: f64 = nine.iter().map(|(_, weight)| weight).sum();
         let mean = [0, 1, 2].map(|c| nine.iter().map(|(color, _)| color[c]).sum::<f64>() / 9.0);
@@ -197,7 +200,16 @@ impl Taa {
             least: [0, 1, 2].map(|c| lamps.iter().map(|(lamp, _)| lamp[c]).fold(f64::INFINITY, f64::min)),
             greatest: [0, 1, 2].map(|c| lamps.iter().map(|(lamp, _)| lamp[c]).fold(f64::NEG_INFINITY, f64::max)),
         };
-        Around { color, mean, below, above, lamps }
+        let sum = |of: fn((f64, f64)) -> f64| alphas.iter().copied().map(of).sum::<f64>();
+        let alpha = sum(|(alpha, weight)| alpha * weight) / sum(|(_, weight)| weight);
+        let least = alphas.iter().map(|(alpha, _)| *alpha).fold(f64::INFINITY, f64::min);
+        let greatest = alphas.iter().map(|(alpha, _)| *alpha).fold(f64::NEG_INFINITY, f64::max);
+        Around { color, mean, below, above, lamps, alpha: [alpha, least, greatest] }
+    }
+
+    /// How much a packed color counts in means: light at `white` half.
+    fn weight(&self, [y, ..]: Rgb) -> f64 {
+        1.0 - y.max(0.0) / self.white
     }
 
     fn limited(&self, color: Rgb, around: &Around) -> Rgb {
@@ -221,7 +233,8 @@ impl Taa {
                 let [light, lamps] = if has_lamps {
                     bilinear_split(history, there, frames.ratio, self.keep_above)
                 } else {
-                    [extended(bicubic(history, there).map(|x| x * frames.ratio)), [0.0; 3]]
+                    let [r, g, b, _] = bicubic(history, there);
+                    [extended([r, g, b].map(|x| x * frames.ratio)), [0.0; 3]]
                 };
                 let Lamps { least, greatest, .. } = around.lamps;
                 let lamps = [0, 1, 2].map(|c| lamps[c].clamp(least[c], greatest[c]));
@@ -236,7 +249,16 @@ impl Taa {
                 old.map_or(new, |old| [0, 1].map(|k| [0, 1, 2].map(|c| mix(old[k][c], new[k][c], share))));
             let light = unpacked(mixed, self.white);
             let [r, g, b] = extended([0, 1, 2].map(|c| light[c] + lamps[c]));
-            [r, g, b, frames.source.texel(pixel[0], pixel[1])[3]]
+            let [new_alpha, least, greatest] = around.alpha;
+            let alpha = match (old, frames.history) {
+                (Some([old, _]), Some(history)) => {
+                    let weights = [(1.0 - share) * self.weight(old), share * self.weight(around.color)];
+                    let old_alpha = bicubic(history, there)[3].clamp(least, greatest);
+                    (weights[0] * old_alpha + weights[1] * new_alpha) / (weights[0] + weights[1])
+                }
+                _ => new_alpha,
+            };
+            [r, g, b, alpha]
         })
     }
 }

@@ -5,6 +5,12 @@ use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles as _};
 
 use super::image::Image;
 
+/// The distance that a number of a depth image stands for. Nothing is at 0 or behind the camera: that is as far as it
+/// goes.
+pub(crate) fn distance_of(number: f64) -> f64 {
+    if number > 0.0 { number.clamp(1e-3, 65504.0) } else { 65504.0 }
+}
+
 /// A camera and the size of its image.
 #[derive(Clone, Copy)]
 pub(crate) struct View {
@@ -32,7 +38,7 @@ impl View {
     pub(crate) fn distance(&self, pixel: [f64; 2], depth: f64) -> f64 {
         let clip = self.clip(pixel);
         let place = self.projection.inverse() * DVec4::new(clip.x, clip.y, depth, 1.0);
-        (-place.z / place.w.max(1e-7)).clamp(0.0, 65504.0)
+        distance_of(-place.z / place.w.max(1e-7))
     }
 
     /// The place in the camera's space of what a pixel shows at this distance along the axis: where the ray through

@@ -1,6 +1,7 @@
 //! A froxel volume before a scene: Wronski, "Volumetric Fog", 2014.
 
 use super::image::{Image, center_uv};
+use super::view::distance_of;
 
 /// Slices that lie one below the other, the nearest first.
 pub(crate) struct Volume<'a> {
@@ -74,7 +75,7 @@ impl Composite {
     pub(crate) fn apply(&self, source: &Image, depth: &Image, volume: &Volume<'_>) -> Image {
         let (width, height) = (source.width, source.height);
         Image::new(width, height, |x, y| {
-            let distance = depth.texel(x as i64, y as i64)[0];
+            let distance = distance_of(depth.texel(x as i64, y as i64)[0]);
             let fog = self.fog(volume, center_uv(x, y, width, height), distance);
             let light = source.texel(x as i64, y as i64);
             let passed = 1.0 - self.amount * (1.0 - fog[3]);

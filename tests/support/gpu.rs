@@ -160,7 +160,7 @@ pub struct Run<'a> {
     /// The host's blocks, by the names of the inputs.
     pub blocks: Vec<(String, BlockData)>,
     /// The time of all frames, in seconds.
-    pub time: f32,
+    pub time: f64,
     pub slices: u32,
 }
 

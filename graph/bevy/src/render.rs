@@ -113,7 +113,7 @@ fn afterimage(
         rectangles: images.rectangles(),
         outputs: &[(name, output)],
         formats: &[(name, format)],
-        time: time.elapsed_secs_wrapped(),
+        time: time.elapsed_secs_f64(),
         dt: time.delta_secs(),
         ..Frame::default()
     };

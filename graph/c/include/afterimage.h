@@ -136,7 +136,7 @@ typedef struct {
   /**
    * Seconds since the start.
    */
-  float time;
+  double time;
   /**
    * Seconds since the frame before.
    */

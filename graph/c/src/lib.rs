@@ -91,7 +91,7 @@ pub struct AfterimageFrame {
     /// The number of the frame, from which noise is made.
     pub number: u32,
     /// Seconds since the start.
-    pub time: f32,
+    pub time: f64,
     /// Seconds since the frame before.
     pub dt: f32,
     /// 0 for a first frame. Otherwise histories and adaptation go on from the frame before.

@@ -13,8 +13,6 @@ pub struct Decoded {
     layout: PngLayout,
     /// The content of the file, or the error of reading it.
     pub content: Result<LutFile, LutError>,
-    /// True if the content changes nothing.
-    pub is_identity: bool,
     /// The textures of a table in 32 bits, and in half floats, once they are requested.
     images: [OnceLock<Vec<TableImage>>; 2],
 }
@@ -31,12 +29,11 @@ impl Decoded {
     }
 
     fn new(layout: PngLayout, content: Result<LutFile, LutError>) -> Self {
-        let is_identity = match &content {
-            Ok(LutFile::Table(lut)) => lut.is_identity(),
-            Ok(LutFile::Process(process)) => process.steps.is_empty(),
-            Err(_) => false,
+        let exact = |file| match file {
+            LutFile::Table(lut) if lut.is_identity() => LutFile::Table(lut.ends()),
+            file => file,
         };
-        Self { layout, content, is_identity, images: Default::default() }
+        Self { layout, content: content.map(exact), images: Default::default() }
     }
 
     /// The textures of a table: of its 1-D table, then of its 3-D table.

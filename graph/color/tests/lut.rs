@@ -2,9 +2,9 @@
 
 use afterimage_color::lut::{Lut, PngLayout, parse_cube, parse_png};
 
-fn encoded(pixels: &[u8], side: u32, color: png::ColorType) -> Vec<u8> {
+fn encoded(pixels: &[u8], [width, height]: [u32; 2], color: png::ColorType) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, side, side);
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
     encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels)).expect("a picture in memory");
     bytes
@@ -17,12 +17,13 @@ fn identity(layout: PngLayout) -> Vec<u8> {
         let (r, g, b) = (index % 64, index / 64 % 64, index / 4096);
         let pixel = match layout {
             PngLayout::Tiles => (b / 8 * 64 + g) * 512 + b % 8 * 64 + r,
+            PngLayout::TilesUp => (b / 8 * 64 + 63 - g) * 512 + b % 8 * 64 + r,
             PngLayout::Hald => index,
         };
         let codes = [r, g, b].map(|level| (level as f64 / 63.0 * 255.0).round() as u8);
         pixels[3 * pixel..3 * pixel + 3].copy_from_slice(&codes);
     }
-    encoded(&pixels, 512, png::ColorType::Rgb)
+    encoded(&pixels, [512; 2], png::ColorType::Rgb)
 }
 
 /// The identity as the text of a `.cube` file.
@@ -40,9 +41,14 @@ fn a_table_that_changes_nothing_is_an_identity() {
     }
     let nearly = identity_text(3).replacen("0.500000000", "0.500010000", 1);
     assert!(!parse_cube(&nearly).expect("a table").is_identity());
-    for layout in [PngLayout::Tiles, PngLayout::Hald] {
-        assert!(parse_png(&identity(layout), layout).expect("a table").is_identity(), "{}", layout.name());
+    for layout in [PngLayout::Tiles, PngLayout::TilesUp, PngLayout::Hald] {
+        let table = parse_png(&identity(layout), layout).expect("a table");
+        assert!(table.is_identity(), "{}", layout.name());
+        assert_eq!(table.ends().cube, Lut::identity().cube);
     }
+    let curve = parse_cube("LUT_1D_SIZE 3\nLUT_1D_INPUT_RANGE -1 3\n-1 -1 -1\n1 1 1\n3 3 3\n").expect("a table");
+    let ends = curve.ends().curve.expect("a curve");
+    assert!(curve.is_identity() && (ends.size, &ends.entries[..]) == (2, &[[-1.0; 3], [3.0; 3]][..]));
 }
 
 #[test]
@@ -83,15 +89,41 @@ fn a_malformed_table_is_reported_with_its_line() {
 #[test]
 fn a_picture_that_holds_no_table_is_reported() {
     let message = |bytes: &[u8]| parse_png(bytes, PngLayout::Tiles).expect_err("an error").to_string();
-    let sides = message(&encoded(&[0; 100 * 100 * 3], 100, png::ColorType::Rgb));
-    assert!(sides.contains("not 100x100"), "{sides}");
-    let gray = message(&encoded(&[0; 64 * 64], 64, png::ColorType::Grayscale));
+    // No table; as many pixels as one of 4 entries a side, but no tiles; tiles that are not as many as they are wide.
+    for size in [[100, 100], [2, 32], [256, 32], [15 * 16, 16]] {
+        let sides = message(&encoded(&vec![0; 3 * (size[0] * size[1]) as usize], size, png::ColorType::Rgb));
+        assert!(sides.contains(&format!("not {}x{}", size[0], size[1])), "{sides}");
+    }
+    let strip = parse_png(&encoded(&[0; 3 * 4096], [256, 16], png::ColorType::Rgb), PngLayout::Hald);
+    assert!(strip.expect_err("an error").message.starts_with("a HALD table is a square of 8, 27, 64"));
+    let gray = message(&encoded(&[0; 64 * 64], [64; 2], png::ColorType::Grayscale));
     assert!(gray.contains("has no colors"), "{gray}");
     let whole = identity(PngLayout::Tiles);
     let cut = message(&whole[..whole.len() / 2]);
     assert!(cut.starts_with("the PNG cannot be read"), "{cut}");
     let flipped = message(b"\x89PNG\r\n\x1a\n and no more");
     assert!(flipped.starts_with("the PNG cannot be read"), "{flipped}");
+}
+
+/// The judge is what the programs document: in a tile red rises to the right, and blue from tile to tile.
+#[test]
+fn strips_and_other_rows_of_tiles_are_tables() {
+    // Unreal, Unity, a strip from top to bottom, two rows, one tile in each corner.
+    for (side, across) in [(16, 16), (32, 32), (64, 64), (16, 1), (32, 8), (4, 2), (2, 2), (2, 1)] {
+        for layout in [PngLayout::Tiles, PngLayout::TilesUp] {
+            let [width, height] = [side * across, side * side / across];
+            let mut pixels = Vec::new();
+            for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+                let green = if layout == PngLayout::Tiles { y % side } else { side - 1 - y % side };
+                pixels.extend([x % side, green, y / side * across + x / side].map(|level| (200 / side * level) as u8));
+            }
+            let bytes = encoded(&pixels, [width as u32, height as u32], png::ColorType::Rgb);
+            let found = parse_png(&bytes, layout).unwrap_or_else(|error| panic!("{width}x{height}: {error}"));
+            let code = |level: usize| (200 / side * level) as f32 / 255.0;
+            let wanted = Lut::of(side, |steps| steps.map(code));
+            assert_eq!(found.cube, wanted.cube, "{width}x{height} {}", layout.name());
+        }
+    }
 }
 
 #[test]

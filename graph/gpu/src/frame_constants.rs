@@ -4,7 +4,7 @@
 use wgpu::{Device, Features};
 
 /// Bytes of the struct `Frame` of shaders.
-pub(crate) const BYTES: u32 = 16;
+pub(crate) const BYTES: u32 = 20;
 
 /// The struct `Frame` of one frame, for most passes and for those whose memory begins in it.
 #[derive(Clone, Copy, Default)]
@@ -12,9 +12,13 @@ pub(crate) struct FrameConstants([[u8; BYTES as usize]; 2]);
 
 impl FrameConstants {
     /// Of the frame with this index. `time` and `dt` are in seconds; `reset` is whether histories begin in it.
-    pub(crate) fn new(time: f32, dt: f32, index: u32, reset: bool) -> Self {
+    pub(crate) fn new(time: f64, dt: f32, index: u32, reset: bool) -> Self {
+        let time = if time.is_finite() { time } else { 0.0 };
+        // They begin anew after 136 years, also before 0.
+        let seconds = time.floor().rem_euclid(4_294_967_296.0) as u32;
+        let part = (time - time.floor()) as f32;
         Self([reset, true].map(|reset| {
-            let words = [time.to_bits(), dt.to_bits(), index, u32::from(reset)];
+            let words = [seconds, part.to_bits(), dt.to_bits(), index, u32::from(reset)];
             bytemuck::cast(words.map(u32::to_le))
         }))
     }

@@ -28,8 +28,8 @@ impl InputImage {
 /// The position of a frame in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameStep {
-    /// Seconds since the start.
-    pub time: f32,
+    /// Seconds since the start. Shaders see it as evenly after days as in the first second.
+    pub time: f64,
     /// Seconds since the previous frame.
     pub dt: f32,
     /// How it follows the previous frame.

@@ -69,7 +69,7 @@ impl GivenCamera {
 #[derive(FromPyObject)]
 pub(crate) struct Moment {
     #[pyo3(item)]
-    time: f32,
+    time: f64,
     #[pyo3(item)]
     dt: f32,
     #[pyo3(item)]

@@ -199,7 +199,7 @@ fn bindings_formats_overrides_and_immediates_are_changed() {
 @id(7) override ROWS: u32 = 4 * 2; override HALF = 0.5; override ON: bool;
 var<workgroup> sums: array<f32, ROWS>;
 @compute @workgroup_size(ROWS) fn main(@builtin(local_invocation_index) i: u32) {
-    sums[i] = params.gain * HALF + frame.time;
+    sums[i] = params.gain * HALF + frame.part;
     if ON { textureStore(result, vec2i(), sums[i] * textureLoad(source, vec2i(), 0)); }
 }";
     let own = shader("own.wgsl", text);

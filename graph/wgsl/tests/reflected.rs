@@ -67,7 +67,7 @@ fn bound_variables_have_a_place_and_a_kind() {
 @group(0) @binding(12) var samples: texture_multisampled_2d<f32>;
 var<workgroup> shared_: array<u32, 4>;
 @compute @workgroup_size(1) fn made() {
-    sums[0] = known[0] + u32(look.gain + frame.time);
+    sums[0] = known[0] + u32(look.gain + frame.part);
     shared_[0] = u32(textureLoad(samples, vec2i(), 0).x);
     let a = textureLoad(flat_, vec2i(), 0) + textureLoad(deep, vec3i(), 0)
         + textureSampleLevel(flat_, linear, vec2f(), 0.0);

@@ -1,4 +1,5 @@
 #import color
+#import depth
 #import math
 
 struct Denoise { strength: f32, depth_edge: f32 }
@@ -11,8 +12,8 @@ fn denoise_level(rgb: vec3f) -> vec3f {
 }
 
 // The weight of a read whose depth and normal differ.
-fn denoise_surface(own: vec4f, other: vec4f, own_normal: vec4f, other_normal: vec4f, edge: f32) -> f32 {
-    let apart = (other.x - own.x) / (edge * max(own.x, 1e-4));
+fn denoise_surface(own: f32, other: f32, own_normal: vec4f, other_normal: vec4f, edge: f32) -> f32 {
+    let apart = (other - own) / (edge * own);
     let facing = own_normal.xyz - other_normal.xyz;
     return exp(-apart * apart - 4.0 * dot(facing, facing));
 }
@@ -32,7 +33,7 @@ fn denoise_pass(
     let own = texel(source, at.pixel);
     if params.strength == 0.0 { return own; }
     let own_level = denoise_level(own.rgb);
-    let own_depth = texel(depth, at.pixel);
+    let own_depth = depth_at(depth, at.pixel);
     let own_normal = texel(normal, at.pixel);
     let tolerance = params.strength / f32(step);
     var sum = vec3f();
@@ -44,7 +45,7 @@ fn denoise_pass(
             let spline = vec2f(DENOISE_SPLINE[abs(x)], DENOISE_SPLINE[abs(y)]);
             let apart = denoise_level(other.rgb) - own_level;
             let alike = exp(-dot(apart, apart) / (tolerance * tolerance));
-            let other_depth = texel(depth, pixel);
+            let other_depth = depth_at(depth, pixel);
             let other_normal = texel(normal, pixel);
             let surface = denoise_surface(own_depth, other_depth, own_normal, other_normal, params.depth_edge);
             let weight = spline.x * spline.y * alike * surface;

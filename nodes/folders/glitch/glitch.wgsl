@@ -8,9 +8,12 @@ struct Glitch {
     fringe: f32,
 }
 
+// Changes until they come again.
+const GLITCH_MOMENTS: f32 = 65536.0;
+
 // The offset of the block of a line, from -1 to 1: mostly 0.
-fn glitch_jump(line: f32, time: f32, params: Glitch) -> f32 {
-    let moment = i32(clamp(floor(time * params.rate), 0.0, 1e6));
+fn glitch_jump(line: f32, frame: Frame, params: Glitch) -> f32 {
+    let moment = i32(floor(frame_phase(frame, params.rate / GLITCH_MOMENTS) * GLITCH_MOMENTS));
     let block = i32(floor(line * params.blocks));
     let chance = hash_cell(vec2i(block, 2 * moment));
     let distance = 2.0 * hash_cell(vec2i(block, 2 * moment + 1)) - 1.0;
@@ -18,7 +21,7 @@ fn glitch_jump(line: f32, time: f32, params: Glitch) -> f32 {
 }
 
 fn glitch(source: texture_2d<f32>, source_sampler: sampler, at: Point, frame: Frame, params: Glitch) -> vec4f {
-    let jump = params.amount * glitch_jump(at.uv.y, frame.time, params);
+    let jump = params.amount * glitch_jump(at.uv.y, frame, params);
     let apart = jump * params.fringe;
     let middle = tap(source, source_sampler, at.uv + vec2f(jump, 0.0));
     let red = tap(source, source_sampler, at.uv + vec2f(jump + apart, 0.0)).r;

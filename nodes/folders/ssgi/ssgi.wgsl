@@ -1,4 +1,5 @@
 #import camera
+#import depth
 #import math
 #import sanitize
 #import surface
@@ -36,7 +37,7 @@ fn ssgi_normal(depth: texture_2d<f32>, normal: texture_2d<f32>, camera: Camera, 
 // Normals, from 0 to 1 because light is not negative, and distances in alpha.
 fn ssgi_surface(depth: texture_2d<f32>, normal: texture_2d<f32>, camera: Camera, at: Point, params: Ssgi) -> vec4f {
     let pixel = ssgi_pixel(depth, at.pixel);
-    let distance = clamp(texel(depth, pixel).x, 1e-3, HALF_MAX);
+    let distance = depth_at(depth, pixel);
     return vec4f(0.5 + 0.5 * ssgi_normal(depth, normal, camera, pixel, params), distance);
 }
 
@@ -310,7 +311,7 @@ fn ssgi(
     at: Point,
     params: Ssgi,
 ) -> vec4f {
-    if params.amount <= 0.0 || texel(depth, at.pixel).x >= SURFACE_FARTHEST { return source; }
+    if params.amount <= 0.0 || depth_at(depth, at.pixel) >= SURFACE_FARTHEST { return source; }
     let place = surface_place(depth, camera, at.pixel);
     let up = ssgi_normal(depth, normal, camera, at.pixel, params);
     let base = (at.pixel - 1) >> vec2u(1u);

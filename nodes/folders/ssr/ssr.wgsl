@@ -1,4 +1,5 @@
 #import camera
+#import depth
 #import math
 #import sanitize
 #import surface
@@ -76,7 +77,7 @@ fn ssr_distance(ray: SsrRay, share: f32) -> f32 {
 // The distance of the ray behind the surface that the image shows there.
 fn ssr_behind(depth: texture_2d<f32>, ray: SsrRay, share: f32) -> f32 {
     let pixel = vec2i(floor(mix(ray.from_pixel, ray.to_pixel, share)));
-    return ssr_distance(ray, share) - max(texel(depth, pixel).x, 1e-3);
+    return ssr_distance(ray, share) - depth_at(depth, pixel);
 }
 
 // Reflections fade at the border of the image, beyond which nothing is known.
@@ -117,7 +118,7 @@ fn ssr_hit(depth: texture_2d<f32>, camera: Camera, place: vec3f, way: vec3f, par
     // Farther than all rays, such as the sky.
     let sky = camera_uv(camera, place + SURFACE_FARTHEST * way).xy;
     let is_seen = way.z < 0.0 && all(sky >= vec2f(0.0)) && all(sky < vec2f(1.0));
-    let there = texel(depth, vec2i(floor(clamp(sky, vec2f(0.0), vec2f(1.0)) * size))).x;
+    let there = depth_at(depth, vec2i(floor(clamp(sky, vec2f(0.0), vec2f(1.0)) * size)));
     return SsrHit(sky, SURFACE_FARTHEST, select(0.0, ssr_known(sky), is_seen && there > params.farthest));
 }
 
@@ -162,7 +163,7 @@ fn ssr_reflected(
     let own = clamp(vec4f(params.reflectance, params.roughness) + texel(surface, at.pixel), vec4f(0.0), vec4f(1.0));
     let rough = own.a;
     let smooth_share = 1.0 - smooth_step(0.6, 0.8, rough);
-    if params.amount <= 0.0 || smooth_share <= 0.0 || texel(depth, at.pixel).x >= SURFACE_FARTHEST { return vec4f(); }
+    if params.amount <= 0.0 || smooth_share <= 0.0 || depth_at(depth, at.pixel) >= SURFACE_FARTHEST { return vec4f(); }
     let place = surface_place(depth, camera, at.pixel);
     let up = ssr_normal(depth, normal, camera, at.pixel, params);
     let toward = surface_toward(camera, place);
@@ -174,7 +175,7 @@ fn ssr_reflected(
     let share = select(0.0, hit.share * smooth_share, is_front);
     if share <= 0.0 { return vec4f(); }
 
-    let distance = clamp(texel(depth, met).x, 1e-3, HALF_MAX);
+    let distance = depth_at(depth, met);
     let level = ssr_level(camera, hit, distance, rough, vec2f(textureDimensions(source)));
     var light = tap(source, source_sampler, hit.uv);
     if level > 0.0 { light = mix(light, tap(l1, l1_sampler, hit.uv), min(level - 0.0, 1.0)); }

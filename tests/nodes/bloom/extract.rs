@@ -56,6 +56,55 @@ fn a_gate_without_edges_lets_all_but_black_pass() {
     check_on(nodes, &scene, &image(&scene), WHOLE);
 }
 
+/// Light of fixed colors from 2^-12 to 2^6, a row for each: gray, saturated, and of a wide gamut in Rec.709. Alpha is
+/// up to 4.
+fn ramps() -> Picture {
+    let colors = [[1.0, 1.0, 1.0], [0.02, 0.1, 1.0], [1.0, -0.2, 0.1], [-0.3, 1.0, -0.1], [0.0, 0.0, 0.0]];
+    Picture::new(512, colors.len() as u32, |x, y| {
+        let light = (-12.0 + 18.0 * x as f32 / 511.0).exp2();
+        let [r, g, b] = colors[y as usize].map(|share: f32| share * light);
+        [r, g, b, 4.0 * x as f32 / 511.0]
+    })
+}
+
+/// The judge is the source: what is selected from light is a part of it, and more of more light.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn no_selection_is_brighter_than_its_source_and_none_falls_or_jumps() {
+    let source = ramps();
+    let width = source.width as usize;
+    let edges = [0.0_f32, 0.001, 0.05, 0.2, 1.0, 8.0];
+    let soft = ["Knee", "Gate"].into_iter().flat_map(|method| ["Max", "Luminance"].map(|of| (method, of)));
+    let soft = soft.flat_map(|of| edges.into_iter().flat_map(move |edge| edges.map(|knee| (of, edge, knee))));
+    let others = ["All", "Emissive", "Clamp"].map(|method| ((method, "Max"), 0.0, 0.1));
+    for ((method, of), threshold, knee) in soft.chain(others) {
+        let name = format!("method: {method}, brightness: {of}, threshold: {threshold:?}, knee: {knee:?}");
+        let selected = Nodes::new(&format!("\"result\": Extract(source: \"scene\", {name})"), SCENE).exact(&[&source]);
+        // The clamp doubles, and opens over a fifth.
+        let (factor, reach) = if method == "Clamp" { (2.0, 0.1) } else { (1.0, knee.min(threshold)) };
+        // The steepest slope of light times the share that a gate lets pass.
+        let steepest = match method {
+            "Gate" if reach == 0.0 => f32::INFINITY,
+            "Gate" => 1.0 + 0.75 * (threshold + reach) / reach,
+            "Clamp" => 2.0 * (1.0 + 0.75 * 1.0 / 0.1),
+            "Emissive" => 4.0,
+            _ => 1.0,
+        };
+        let pairs = source.pixels.iter().zip(&selected.pixels).enumerate();
+        for (index, (light, found)) in pairs.filter(|(index, _)| index % width > 0) {
+            let [light_before, before] = [source.pixels[index - 1], selected.pixels[index - 1]];
+            for c in 0..3 {
+                let (most, found, before) = (factor * light[c].abs(), found[c] * light[c].signum(), before[c].abs());
+                assert!(found >= 0.0 && found <= 1.000_001 * most, "{name}: {found} of {}", light[c]);
+                assert!(found >= 0.999_999 * before, "{name}: {found} of {} after {before}", light[c]);
+                let step = (light[c] - light_before[c]).abs();
+                let most = if step == 0.0 { 0.0 } else { steepest * step };
+                assert!(found - before <= 1.001 * most + 1e-7, "{name}: {found} of {} after {before}", light[c]);
+            }
+        }
+    }
+}
+
 /// The deck's clamp is the exponential curve and then a gate: the vectors `glare_extract` of the formula book.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

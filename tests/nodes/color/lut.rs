@@ -63,6 +63,36 @@ fn colors_outside_of_the_domain_end_at_its_border() {
     }
 }
 
+/// The judge is the format: a color outside of the domain has the border's entry, and the border of a neutral table is
+/// the end of its domain.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_neutral_table_limits_colors_as_one_that_is_nearly_neutral() {
+    for (head, low, high) in [("", 0.0, 1.0), ("DOMAIN_MIN 0.25 0.25 0.25\nDOMAIN_MAX 2 2 2\n", 0.25, 2.0)] {
+        let within = |share: f64| low + share * (high - low);
+        let wanted = |rgb: Rgb| rgb.map(|x| x.clamp(low, high));
+        let near = tolerance(3e-4, 0.0, "the table differs by as much from a neutral one");
+        for (bend, tolerance) in [(0.0, LUT), (1e-4, near)] {
+            let bent = |x: f64| within(x) + bend * x * (1.0 - x);
+            let cube = Cube::new(17, |rgb| rgb.map(bent)).text().replacen('\n', &format!("\n{head}"), 1);
+            let level = |i: u32| bent(f64::from(i) / 16.0);
+            let lines: String = (0..17).map(|i| format!("{0:.9} {0:.9} {0:.9}\n", level(i))).collect();
+            let curve = format!("LUT_1D_SIZE 17\n{head}{lines}");
+            for text in [cube, curve] {
+                for picture in [unit, light] {
+                    let loader = OneFile(text.clone().into_bytes());
+                    compare_with("Exposed", "ColorLut(file: \"look.cube\")", &loader, picture, tolerance, wanted);
+                }
+            }
+        }
+        // Codes of 8 bits are exact where they are those of a neutral table.
+        let loader = OneFile(picture(PngLayout::Tiles, |rgb| rgb));
+        compare_with("Exposed", "ColorLut(file: \"look.png\")", &loader, light, LUT, |rgb| {
+            rgb.map(|x| x.clamp(0.0, 1.0))
+        });
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn shapers_place_light_of_any_range() {
@@ -123,6 +153,7 @@ fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
         let (r, g, b) = (index % 64, index / 64 % 64, index / 4096);
         let place = match layout {
             PngLayout::Tiles => (b / 8 * 64 + g) * 512 + b % 8 * 64 + r,
+            PngLayout::TilesUp => (b / 8 * 64 + 63 - g) * 512 + b % 8 * 64 + r,
             PngLayout::Hald => index,
         };
         let [r, g, b] = entry.map(|x| (x * 255.0).round() as u8);
@@ -136,7 +167,7 @@ fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tables_drawn_as_pictures_match() {
     let cube = Cube::new(64, |rgb| look(rgb).map(|x| (x * 255.0).round() / 255.0));
-    for layout in [PngLayout::Tiles, PngLayout::Hald] {
+    for layout in [PngLayout::Tiles, PngLayout::TilesUp, PngLayout::Hald] {
         let node = format!("ColorLut(file: \"look.png\", layout: {}, interpolation: Trilinear)", layout.name());
         compare_with("Encoded", &node, &OneFile(picture(layout, look)), unit, LUT, |rgb| cube.trilinear(rgb));
     }

@@ -10,7 +10,11 @@ const STEP: f32 = 1.0 / 60.0;
 /// The position in time of the timed frame of this number.
 pub fn timed_step(number: u32) -> FrameStep {
     let is_first = number == 0;
-    FrameStep { time: number as f32 * STEP, dt: if is_first { 0.0 } else { STEP }, kind: FrameKind::cut_if(is_first) }
+    FrameStep {
+        time: f64::from(number) * f64::from(STEP),
+        dt: if is_first { 0.0 } else { STEP },
+        kind: FrameKind::cut_if(is_first),
+    }
 }
 
 /// The time of a frame of a sequence: timestamps around the whole frame, as [`Clock`] defines it. Where passes do not

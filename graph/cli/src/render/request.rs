@@ -102,7 +102,8 @@ impl<'a> Request<'a> {
     pub(super) fn step(&self, frame: u32, last: Option<u32>, begins_shot: bool) -> FrameStep {
         let fps = self.args.fps;
         let dt = last.map_or(0.0, |before| frame.saturating_sub(before) as f32 / fps);
-        FrameStep { time: frame as f32 / fps, dt, kind: FrameKind::cut_if(begins_shot || self.cuts.contains(&frame)) }
+        let time = f64::from(frame) / f64::from(fps);
+        FrameStep { time, dt, kind: FrameKind::cut_if(begins_shot || self.cuts.contains(&frame)) }
     }
 
     /// The number of the frame of a job, from which noise is made.

@@ -107,6 +107,19 @@ impl Lut {
         let flat = |table: &Option<Table>| table.as_ref().is_none_or(|table| table.is_identity(self.tolerance));
         flat(&self.curve) && flat(&self.cube)
     }
+
+    /// The identity over the domain of this one, from the ends of the domain alone: without the rounding of the file.
+    pub fn ends(&self) -> Self {
+        let cube = self.cube.as_ref().map(|table| {
+            let entry = |index: usize| std::array::from_fn(|channel| table.end(channel, index >> channel & 1));
+            Table { size: 2, entries: (0..8).map(entry).collect(), ..*table }
+        });
+        let curve = self.curve.as_ref().map(|table| {
+            let entry = |index: usize| std::array::from_fn(|channel| table.end(channel, index));
+            Table { size: 2, entries: (0..2).map(entry).collect(), ..*table }
+        });
+        Self { curve, cube, tolerance: self.tolerance }
+    }
 }
 
 impl Table {
@@ -123,6 +136,11 @@ impl Table {
         let share = step as f64 / (self.size - 1) as f64;
         let (low, high) = (f64::from(self.low[channel]), f64::from(self.high[channel]));
         (low + share * (high - low)) as f32
+    }
+
+    /// The first or the last input along one channel.
+    fn end(&self, channel: usize, index: usize) -> f32 {
+        if index == 0 { self.low[channel] } else { self.high[channel] }
     }
 
     /// The reciprocal of the domain's size, per channel.

@@ -5,17 +5,20 @@ use std::io::Cursor;
 use afterimage_graph::prelude::*;
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
-use super::{Lut, LutError, Table};
+use super::{Lut, LutError, MAX_CUBE, Table};
 
 /// Memory limit of the decoder.
 const MAX_BYTES: usize = 512 << 20;
 
 choices! {
-    /// The layout of a 3-D table of k² entries per side in an image of k³ by k³ pixels, 512 by 512 for the usual 64.
+    /// The layout of a 3-D table of n entries per side in an image.
     pub enum PngLayout {
-        /// k by k tiles, one per blue. Within a tile, red increases to the right and green downwards.
+        /// n tiles of n by n pixels, one per blue, in rows: a strip of 256x16 or 1024x32, or a square of 512x512 for
+        /// 64. Within a tile, red increases to the right and green downwards, as Unreal has it.
         Tiles,
-        /// HALD: all entries in sequence, red fastest, row by row.
+        /// The same with green upwards, as Unity has it.
+        TilesUp,
+        /// HALD: all entries in sequence, red fastest, row by row, in a square of k³ by k³ pixels for n = k².
         Hald,
     }
 }
@@ -23,7 +26,7 @@ choices! {
 /// Parses a table stored as a PNG image. Codes are used as they are, from 0 to 1, and the image's gamma is ignored.
 ///
 /// # Errors
-/// Images that are broken, not in color, or not square with a side of 8, 27, 64 and so on up to 4096.
+/// Images that are broken, not in color, or of a size that no table of up to 256 entries per side has in this layout.
 pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     let broken = |error: png::DecodingError| LutError::new(0, format!("the PNG cannot be read: {error}"));
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_BYTES });
@@ -32,22 +35,29 @@ pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     decoder.set_ignore_iccp_chunk(true);
     decoder.set_ignore_text_chunk(true);
     let mut reader = decoder.read_info().map_err(broken)?;
-    let level = level(reader.info().width, reader.info().height)?;
+    let width = reader.info().width as usize;
+    let side = side(width, reader.info().height as usize, layout)?;
     let size = reader.output_buffer_size().ok_or_else(|| LutError::new(0, "the PNG is too large"))?;
     let mut pixels = vec![0; size];
     let info = reader.next_frame(&mut pixels).map_err(broken)?;
     let colors = colors(&pixels[..info.buffer_size()], info.color_type, info.bit_depth)?;
-    Ok(table(level, &colors, layout, if info.bit_depth == BitDepth::Sixteen { 65535.0 } else { 255.0 }))
+    Ok(table(side, width, &colors, layout, if info.bit_depth == BitDepth::Sixteen { 65535.0 } else { 255.0 }))
 }
 
-/// The k of k³ by k³ pixels.
-fn level(width: u32, height: u32) -> Result<usize, LutError> {
-    let level = (2..=16_u32).find(|k| k.pow(3) == width && width == height);
-    let level = level.ok_or_else(|| {
-        let sizes = "8, 27, 64, 125, 216, 343, 512 and so on up to 4096";
-        LutError::new(0, format!("a table is a square of {sizes} pixels a side, not {width}x{height}"))
-    })?;
-    Ok(level as usize)
+/// The entries per side of a table in an image of this size.
+fn side(width: usize, height: usize, layout: PngLayout) -> Result<usize, LutError> {
+    let side = (2..=MAX_CUBE).find(|side| side.pow(3) == width * height);
+    if layout == PngLayout::Hald {
+        // The side of the image is k³, so its area is k² to the third power.
+        return side.filter(|_| width == height).ok_or_else(|| {
+            let sides = "8, 27, 64, 125, 216, 343, 512 and so on up to 4096";
+            LutError::new(0, format!("a HALD table is a square of {sides} pixels a side, not {width}x{height}"))
+        });
+    }
+    side.filter(|side| width % side == 0 && height % side == 0).ok_or_else(|| {
+        let sizes = "256x16, 1024x32, 64x64 or 512x512";
+        LutError::new(0, format!("a table has as many square tiles as they are wide, as {sizes}, not {width}x{height}"))
+    })
 }
 
 /// The pixels as three numbers from 0 to 1.
@@ -67,17 +77,18 @@ fn colors(pixels: &[u8], color: ColorType, depth: BitDepth) -> Result<Vec<[f32; 
     })
 }
 
-fn table(level: usize, colors: &[[f32; 3]], layout: PngLayout, last_code: f32) -> Lut {
-    let size = level * level;
-    let entry = |index: usize| match layout {
-        PngLayout::Hald => colors[index],
-        PngLayout::Tiles => {
-            let (red, green, blue) = (index % size, index / size % size, index / size / size);
-            let (x, y) = (blue % level * size + red, blue / level * size + green);
-            colors[y * size * level + x]
-        }
+fn table(side: usize, width: usize, colors: &[[f32; 3]], layout: PngLayout, last_code: f32) -> Lut {
+    let entry = |index: usize| {
+        let (red, green, blue) = (index % side, index / side % side, index / side / side);
+        let row = match layout {
+            PngLayout::Hald => return colors[index],
+            PngLayout::Tiles => green,
+            PngLayout::TilesUp => side - 1 - green,
+        };
+        let tiles = width / side;
+        colors[(blue / tiles * side + row) * width + blue % tiles * side + red]
     };
-    let entries = (0..size.pow(3)).map(entry).collect();
-    let cube = Table { size, entries, low: [0.0; 3], high: [1.0; 3] };
+    let entries = (0..side.pow(3)).map(entry).collect();
+    let cube = Table { size: side, entries, low: [0.0; 3], high: [1.0; 3] };
     Lut { curve: None, cube: Some(cube), tolerance: 0.5 / last_code }
 }

@@ -31,8 +31,8 @@ pub struct Frame<'a> {
     /// Factors of the colors of inputs, such as the exposure of the view, by their names: at least 0. They are applied
     /// before colors are limited to the range of half floats, and need no plan after the first.
     pub factors: &'a [(&'a str, f32)],
-    /// Seconds since the start.
-    pub time: f32,
+    /// Seconds since the start. Shaders see it as evenly after days as in the first second.
+    pub time: f64,
     /// Seconds since the frame before. With 0, exposure and the like do not adapt.
     pub dt: f32,
     /// Its relation to the frame before.

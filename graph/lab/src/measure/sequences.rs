@@ -267,7 +267,7 @@ fn steps(frames: usize, fps: f32) -> Vec<FrameStep> {
     for frame in 0..frames {
         let reset = frame == 0;
         steps.push(FrameStep {
-            time: frame as f32 / fps,
+            time: frame as f64 / f64::from(fps),
             dt: if reset { 0.0 } else { 1.0 / fps },
             kind: FrameKind::cut_if(reset),
         });

@@ -116,6 +116,8 @@ const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
 const PROJECTED: &str = "projected";
 /// The part of the camera's way that it moves in a second.
 const SPEED: f64 = 0.05;
+/// Seconds after which the scene begins anew, because its parameter is a float: whole turns of all that moves in it.
+const DEMO_PERIOD: f64 = 5040.0;
 
 /// The built-in scene, at any size.
 pub struct Scene {
@@ -170,7 +172,13 @@ impl Scene {
         let Moment { time, dt, .. } = moment;
         let (here, before) = (walked(time), walked((time - dt).max(0.0)));
         let step = (here - before) as f32;
-        self.seen = DemoScene { time: time as f32, walk: here as f32, step, dt: dt as f32, ..DemoScene::default() };
+        self.seen = DemoScene {
+            time: (time % DEMO_PERIOD) as f32,
+            walk: here as f32,
+            step,
+            dt: dt as f32,
+            ..DemoScene::default()
+        };
         self.post.set(self.time, self.seen.time)?;
         self.post.set(self.walk, self.seen.walk)?;
         self.post.set(self.step, self.seen.step)?;
@@ -178,7 +186,7 @@ impl Scene {
         let required = self.targets.iter().filter(|(name, _)| self.required.contains(name));
         let outputs: Vec<(&str, &TextureView)> = required.map(|(name, view)| (*name, view)).collect();
         if !outputs.is_empty() {
-            self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
+            self.post.encode(encoder, &Frame { outputs: &outputs, time, ..Frame::default() })?;
         }
         self.is_stale = false;
         self.again(inputs)

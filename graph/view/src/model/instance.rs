@@ -160,7 +160,7 @@ impl PipelineInstance {
             images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
         let blocks: Vec<(&str, &BlockData)> = images.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
         let Moment { time, dt, kind } = moment;
-        let (time, dt) = (time as f32, dt as f32);
+        let dt = dt as f32;
         let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, kind, ..Frame::default() };
         Ok(self.post.encode(encoder, &frame)?)
     }
