@@ -1,7 +1,7 @@
 //! Exposure values, the luminance histogram, temporal adaptation and other meters (formula
 //! book, 4).
 
-use super::color::luminance;
+use super::color::level_luminance;
 use super::image::{Image, rgb};
 
 /// EV100 of a camera: aperture N, shutter time in seconds, ISO speed (ISO 2720).
@@ -65,7 +65,7 @@ impl Bins {
     pub(crate) fn histogram(&self, image: &Image) -> Vec<u32> {
         let mut counts = vec![0; self.count];
         for &pixel in &image.pixels {
-            counts[self.bin(luminance(rgb(pixel)))] += 1;
+            counts[self.bin(level_luminance(rgb(pixel)))] += 1;
         }
         counts
     }
