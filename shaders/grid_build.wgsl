@@ -57,7 +57,7 @@ fn grid_build_store(column: vec2u, invocation: u32, invocations: u32) {
 
 // Stops above `lo`.
 fn grid_build_level(color: vec4f) -> f32 {
-    let light = luminance(color.rgb);
+    let light = level_luminance(color.rgb);
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi) - params.lo;
 }
 

@@ -144,7 +144,7 @@ fn histogram_bin(light: f32) -> u32 {
 // The luminance to count: of the pixel, or of a gray card in the same light, 0.18 L / albedo. Negative for an excluded
 // pixel.
 fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
-    let light = luminance(rgb);
+    let light = level_luminance(rgb);
     if !HISTOGRAM_ALBEDO { return light; }
     let surface = metering_nearest(albedo, uv);
     return select(-1.0, 0.18 * light / clamp(luminance(surface.rgb), 0.04, 1.0), surface.a >= 0.5);

@@ -22,7 +22,7 @@ const LOCAL_TONE_MAP_EMPTY: f32 = 0.0025;
 const LOCAL_TONE_MAP_KNOWN: f32 = 0.01;
 
 fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
-    return clamp(log2(max(luminance(rgb), 1e-30)), params.lo, params.hi);
+    return clamp(log2(max(level_luminance(rgb), 1e-30)), params.lo, params.hi);
 }
 
 // The parameters for a scene whose luminance spans `range` stops. Before the first metered frame that is 0, and nothing

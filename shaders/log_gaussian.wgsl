@@ -25,7 +25,7 @@ const LOG_GAUSSIAN_INVOCATIONS: u32 = 64u;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
 fn log_gaussian_level(color: vec4f) -> f32 {
-    let light = luminance(color.rgb);
+    let light = level_luminance(color.rgb);
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
 }
 

@@ -106,8 +106,8 @@ fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
     let compresses = !TONE_MAP_CLIPS && params.compress > 0.0;
     if params.keep_hue > 0.0 || compresses {
         let lab = oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
-        let light = oklab_of_light(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
-        let chroma = oklab_turn(lab.yz, light.yz, params.keep_hue);
+        let light = tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb);
+        let chroma = oklab_turn(lab.yz, oklab_of_light(light).yz, params.keep_hue * oklab_certainty(light));
         if compresses {
             rgb = tone_map_compressed(lab.x, chroma, params);
         } else {

@@ -7,7 +7,7 @@ use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothin
 static SHADER: Shader = shader!("histogram");
 
 node_kind! {
-    /// Counts the pixels of each luminance in bins of equal width in stops.
+    /// Counts the pixels of each luminance, that of their channels above 0, in bins of equal width in stops.
     ///
     /// Every pixel is counted once. Bin 0 holds the pixels that the meter ignores: those at or below `black`, those
     /// that the albedo's alpha excludes, and those of a host image that are infinite or NaN and that no neighbor

@@ -7,6 +7,12 @@ fn luminance(rgb: vec3f) -> f32 {
     return dot(rgb, LUMINANCE);
 }
 
+// The luminance of the channels above 0: that of any light of Rec.709, and never below 0.0722 of the brightest channel.
+// Levels of regions are measured by it: negative channels of a saturated blue or cyan cancel most of the luminance.
+fn level_luminance(rgb: vec3f) -> f32 {
+    return luminance(max(rgb, vec3f(0.0)));
+}
+
 // Scene light in the Rec.709 basis with a luminance of 0 or more: colors outside of Rec.709 have negative components,
 // which become smaller where the luminance would be below 0. Light without negative components stays the same.
 fn extended_light(rgb: vec3f) -> vec3f {

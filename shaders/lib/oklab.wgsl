@@ -23,7 +23,13 @@ const OKLAB_LEAST_SHARE: f32 = 0.17;
 
 // Oklab of light, for its hue. The blue of Rec.709 turns by 6.7 degrees toward violet, that of AP1 by 29.
 fn oklab_of_light(lms: vec3f) -> vec3f {
-    return oklab(soft_floor(lms, OKLAB_LEAST_SHARE * max(mean3(lms), 0.0)));
+    return oklab(soft_floor(lms, OKLAB_LEAST_SHARE * mean3(max(lms, vec3f(0.0)))));
+}
+
+// How certain the hue of light is: 1 for all colors of AP1, which have no response below 0; 0 where those below 0
+// outweigh the others, and the direction of what remains is that of noise.
+fn oklab_certainty(lms: vec3f) -> f32 {
+    return max(mean3(lms), 0.0) / max(mean3(max(lms, vec3f(0.0))), 1e-30);
 }
 
 // The differences between the cube roots of the cone responses and the lightness.
@@ -35,11 +41,11 @@ fn oklab_deviation(chroma: vec2f) -> vec3f {
     );
 }
 
-// Chroma of unchanged amount with a share of the hue of another color.
+// Chroma of unchanged amount with a share of the hue of another color. Between hues that are nearly opposite it fades.
 fn oklab_turn(chroma: vec2f, other: vec2f, share: f32) -> vec2f {
     let amount = length(chroma);
     let mixed = mix(chroma, other * (amount / max(length(other), 1e-20)), share);
-    return mixed * (amount / max(length(mixed), 1e-20));
+    return mixed * (amount / max(length(mixed), max(0.5 * amount, 1e-20)));
 }
 
 // Colors of one lightness and hue. At the share t of the chroma, a channel of RGB is 1 + t * (c1 + t * (c2 + t * c3)),

@@ -314,6 +314,36 @@ fn a_smooth_gradient_stays_smooth() {
     assert!(narrow > 2.0 * grid, "a narrow one has: {narrow} {grid}");
 }
 
+/// The level of a saturated color of a wide gamut, whose negative channels cancel its luminance, is that of its channels
+/// above 0: a lamp of blue of AP0 is lifted no more than one of Rec.709.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_of_nearly_no_luminance_is_lifted_as_light_of_rec709() {
+    let gain = |[r, g, b]: [f32; 3]| {
+        let is_lamp = |x: u32, y: u32| (100..200).contains(&x) && (40..140).contains(&y);
+        let scene = Picture::new(320, 180, |x, y| if is_lamp(x, y) { [r, g, b, 1.0] } else { [0.18, 0.18, 0.18, 1.0] });
+        f64::from(shown(&mapped("contrast: 0.5, share: 0.4"), &scene).at(150, 90)[2] / b)
+    };
+    let blue = gain([0.0, 0.0, 1.0]);
+    for (name, color) in [
+        ("blue of Rec.2020", [-0.0651, -0.0075, 1.0]),
+        ("blue of AP0", [-0.3337, -0.0838, 1.0]),
+        ("cyan without luminance", [-2.58, 0.666, 1.0]),
+    ] {
+        let found = gain(color);
+        assert!(found < 1.001 * blue, "{name} is multiplied by {found}, blue of Rec.709 by {blue}");
+    }
+    // Red falls until the luminance is 0, and on.
+    let red = |x: u32| 0.5 - 3.0 * x as f32 / 511.0;
+    let ramp = Picture::new(512, 1, |x, _| [red(x), 0.2, 1.0, 1.0]);
+    let nodes = "\"exposed\": Exposure(source: \"scene\"), \
+                 \"result\": LocalToneMap(source: \"exposed\", contrast: 0.5, detail: 0.5)";
+    let mapped = shown(nodes, &ramp);
+    let step = |x: u32| (f64::from(mapped.at(x + 1, 0)[2]) / f64::from(mapped.at(x, 0)[2])).log2().abs();
+    let most = (0..511).map(step).fold(0.0, f64::max);
+    assert!(most < 0.01, "a step of {most} stops");
+}
+
 fn seen_at_night(kind: &str, parameters: &str) -> String {
     format!("\"exposed\": Exposure(source: \"scene\"), \"result\": {kind}(source: \"exposed\", {parameters})")
 }

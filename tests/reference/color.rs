@@ -10,6 +10,11 @@ pub(crate) fn luminance(rgb: Rgb) -> f64 {
     dot(rgb, [0.2126, 0.7152, 0.0722])
 }
 
+/// The luminance by which regions are told apart: that of the channels above 0.
+pub(crate) fn level_luminance(rgb: Rgb) -> f64 {
+    luminance(rgb.map(|x| x.max(0.0)))
+}
+
 /// The CIE xy chromaticities of a space's three primaries and its white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Space {

@@ -1,7 +1,7 @@
 //! Exposure values, the luminance histogram, temporal adaptation and other meters (formula
 //! book, 4).
 
-use super::color::luminance;
+use super::color::level_luminance;
 use super::image::{Image, rgb};
 
 /// EV100 of a camera: aperture N, shutter time in seconds, ISO speed (ISO 2720).
@@ -66,9 +66,9 @@ impl Bins {
     pub(crate) fn histogram(&self, image: &Image) -> Vec<u32> {
         let mut counts = vec![0; self.count];
         for &pixel in &image.pixels {
-            self.add(&mut counts, luminance(rgb(pixel)));
+            self.add(&mut counts, level_luminance(rgb(pixel)));
         }
-        let is_faint = |pixel: &[f64; 4]| luminance(rgb(*pixel)) > self.black;
+        let is_faint = |pixel: &[f64; 4]| level_luminance(rgb(*pixel)) > self.black;
         if counts[1..].iter().all(|count| *count == 0) && image.pixels.iter().any(is_faint) {
             counts[0] -= 1;
             counts[1] += 1;

@@ -2,7 +2,7 @@
 //!
 //! The grid is that of Chen, Paris and Durand (2007).
 
-use super::color::luminance;
+use super::color::level_luminance;
 use super::gaussian;
 use super::image::{Image, center_uv, rgb};
 use super::math::{Rgb, mix, smooth_step};
@@ -23,7 +23,7 @@ impl Range {
 
     /// The log2 luminance of a color, clamped to the range; black is the low end.
     pub(crate) fn log_luminance(&self, rgb: Rgb) -> f64 {
-        luminance(rgb).log2().clamp(self.low, self.high)
+        level_luminance(rgb).log2().clamp(self.low, self.high)
     }
 }
 

@@ -47,8 +47,8 @@ pub(crate) fn turn(a: Rgb, b: Rgb) -> f64 {
 /// The hue of a light in degrees: each cone response is at least about a sixth of their mean.
 pub(crate) fn hue_of_light(light: Rgb) -> f64 {
     let lms = transform(&LMS, light);
-    let mean = (lms[0] + lms[1] + lms[2]) / 3.0;
-    hue(transform(&inverse(&LMS), lms.map(|x| soft_floor(x, 0.17 * mean.max(0.0)))))
+    let mean = lms.map(|x| x.max(0.0)).iter().sum::<f64>() / 3.0;
+    hue(transform(&inverse(&LMS), lms.map(|x| soft_floor(x, 0.17 * mean))))
 }
 
 /// A mapped color with the hue of the light that it was made of.

@@ -1,5 +1,6 @@
 //! `afterimage plan`: what a pipeline does on the GPU.
 
+use afterimage::offline::LutErrors;
 use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::image::Size;
@@ -53,13 +54,15 @@ fn table_errors(registry: &Registry, graph: Graph, args: &PlanArgs) -> Result<St
     let (facts, options) = (facts(&args.options)?, args.plan.options());
     let options = BenchOptions { size: Size::new(256, 144), samples: 1, finite: true, facts, options };
     let mut text =
-        "\ntables against their nodes, in codes of 8 bits: what 99 %, 99.9 % and all of 1048576 random colors \
-        stay below; grays; reversals of their ramp\n"
+        "\ntables against their nodes, in codes of 8 bits: grays; reversals of their ramp; what 99 %, 99.9 % and all \
+        of 262144 random colors of each gamut stay below (of the display, if a table begins with its colors)\n"
             .to_owned();
     for error in bench::table_errors(&gpu, registry, graph, &options)? {
-        let TableError { nodes, size, codes: [most, nearly_all, all], gray, reversals } = error;
-        let nodes = nodes.join(" + ");
-        text += &format!("  {nodes}  size {size}  {most:.2}  {nearly_all:.2}  {all:.2}  {gray:.2}  {reversals}\n");
+        let TableError { nodes, size, codes, gray, reversals } = error;
+        text += &format!("  {}  size {size}  grays {gray:.2}  reversals {reversals}\n", nodes.join(" + "));
+        for (gamut, [most, nearly_all, all]) in LutErrors::GAMUTS.iter().zip(codes) {
+            text += &format!("    {gamut:8}  {most:.2}  {nearly_all:.2}  {all:.2}\n");
+        }
     }
     Ok(text)
 }

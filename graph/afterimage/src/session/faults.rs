@@ -9,14 +9,17 @@ use crate::error::PostError;
 
 /// The differences between a baked LUT and the nodes in whose place it is.
 pub struct LutErrors {
-    /// The largest difference of a channel for each of 2^20 random colors, in ascending order.
-    pub colors: Vec<f32>,
+    /// The largest difference of a channel for each of 2^18 random colors of each of [`GAMUTS`](Self::GAMUTS), in
+    /// ascending order. A LUT that begins with display colors has them from the gamut of the display alone.
+    pub colors: [Vec<f32>; 4],
     /// The green of nodes and of the LUT for each of 2^16 grays, from dark to bright.
     pub grays: Vec<[f32; 2]>,
 }
 
 impl LutErrors {
     const GRAYS: usize = 1 << 16;
+    /// The gamuts of the random colors.
+    pub const GAMUTS: [&'static str; 4] = ["Rec.709", "P3", "Rec.2020", "AP1"];
 }
 
 /// The faults of functions of kinds in folders in a frame that starts histories; empty without such kinds. The frame is
@@ -54,8 +57,12 @@ pub fn lut_errors(session: &mut Session, size: Size, images: &[InputImage]) -> R
     for output in baked.iter().filter_map(|baked| baked.error.as_deref()) {
         let mut pixels = counting.output(output)?.to_floats();
         let grays = pixels.split_off(pixels.len() - LutErrors::GRAYS);
-        let mut colors: Vec<f32> = pixels.iter().map(|pixel| pixel[0]).collect();
-        colors.sort_by(f32::total_cmp);
+        let colors = [0, 1, 2, 3].map(|gamut| {
+            let of_gamut = pixels.chunks(pixels.len() / LutErrors::GAMUTS.len()).nth(gamut).unwrap_or_default();
+            let mut colors: Vec<f32> = of_gamut.iter().map(|pixel| pixel[0]).collect();
+            colors.sort_by(f32::total_cmp);
+            colors
+        });
         all.push(LutErrors { colors, grays: grays.iter().map(|pixel| [pixel[1], pixel[2]]).collect() });
     }
     Ok(all)

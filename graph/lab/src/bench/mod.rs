@@ -57,8 +57,9 @@ pub fn bench<E: From<LabError>>(
 pub struct TableError {
     pub nodes: Vec<String>,
     pub size: u32,
-    /// The 99th and the 99.9th percentile of random colors, and the largest error.
-    pub codes: [f32; 3],
+    /// The 99th and the 99.9th percentile of random colors, and the largest error, for each of
+    /// [`LutErrors::GAMUTS`].
+    pub codes: [[f32; 3]; 4],
     /// The largest error of grays.
     pub gray: f32,
     /// Steps of a ramp of grays at which the table falls, and the nodes do not.
@@ -67,9 +68,11 @@ pub struct TableError {
 
 impl TableError {
     fn new(baked: &Baked, errors: &LutErrors) -> Self {
-        let (colors, grays) = (&errors.colors, &errors.grays);
-        let last = colors.len() - 1;
-        let codes = [last - last / 100, last - last / 1000, last].map(|at| 255.0 * colors[at]);
+        let grays = &errors.grays;
+        let codes = errors.colors.each_ref().map(|colors| {
+            let last = colors.len() - 1;
+            [last - last / 100, last - last / 1000, last].map(|at| 255.0 * colors[at])
+        });
         let gray = grays.iter().map(|[exact, shown]| (exact - shown).abs()).fold(0.0, f32::max);
         let falls = |pair: &&[[f32; 2]]| {
             let [exact, shown] = [0, 1].map(|side: usize| pair[0][side] - pair[1][side]);

@@ -17,8 +17,8 @@ const MIN_WIDTH: u32 = 4096;
 /// Random colors for which a table is compared with its nodes, and below them the grays.
 const COMPARED: Size = Size { width: 1024, height: 1024 + 64, depth: 1 };
 
-/// Parts of a table: three for colors without a negative channel, and three for others.
-const PARTS: u32 = 6;
+/// Parts of a table of each kind: for colors without a negative channel, and for others.
+const PARTS: u32 = 3;
 
 /// The layout of a table.
 ///
@@ -31,25 +31,26 @@ pub(super) struct Table {
     /// Texels in a row: a power of two, so that the place of a texel as a share of the row is exact, and a gray is no
     /// mixture with other colors.
     width: u32,
-    /// Steps between levels.
-    levels: u32,
-    /// Steps between ratios.
-    ratios: u32,
-    /// Those between negative ratios, in the parts for colors with a negative channel.
+    /// Steps between levels, in the parts for colors without a negative channel and in the others.
+    levels: [u32; 2],
+    /// Steps between ratios. The others have twice as many: colors of wide gamuts change fast along them.
+    ratios: [u32; 2],
+    /// Steps between negative ratios, in the parts for colors with a negative channel.
     negative: u32,
 }
 
 impl Table {
     /// The table of that [size](afterimage_graph::node::Bake::size).
     pub(super) fn new(size: u32) -> Self {
-        let ratios = size * 3 / 4;
-        let width = (2 * size * (ratios + 1)).next_power_of_two().max(MIN_WIDTH);
-        Self { width, levels: width / (ratios + 1) - 1, ratios, negative: ratios * 2 / 3 }
+        let inside = size * 3 / 4;
+        let width = (2 * size * (inside + 1)).next_power_of_two().max(MIN_WIDTH);
+        let ratios = [inside, 2 * inside];
+        Self { width, levels: ratios.map(|steps| width / (steps + 1) - 1), ratios, negative: 2 * inside * 2 / 3 }
     }
 
     /// One ratio within the levels from left to right, the other one within the parts from top to bottom.
     fn texels(self) -> Size {
-        Size::new(self.width, PARTS * (self.ratios + 1))
+        Size::new(self.width, self.ratios.iter().map(|steps| PARTS * (steps + 1)).sum())
     }
 
     /// The longest side of its image.
@@ -115,15 +116,17 @@ impl Table {
 
     fn uniform(self, signedness: Signedness) -> Vec<u8> {
         let lowest = if signedness == Signedness::Unsigned { 0.0 } else { -65504.0 };
-        let numbers = [
-            ("levels", self.levels as f32),
-            ("ratios", self.ratios as f32),
-            ("negative", self.negative as f32),
-            ("lowest", lowest),
-        ];
-        let mut values = numbers.map(|(name, number)| (name, UniformValue::Floats(vec![number]))).to_vec();
+        let floats = |numbers: &[u32]| numbers.iter().map(|number| *number as f32).collect();
         let Size { width, height, .. } = self.texels();
-        values.push(("texel", UniformValue::Floats(vec![1.0 / width as f32, 1.0 / height as f32])));
+        let values = [
+            ("levels", floats(&self.levels)),
+            ("ratios", floats(&self.ratios)),
+            ("rows", vec![0.5, 0.5 + (PARTS * (self.ratios[0] + 1)) as f32]),
+            ("negative", floats(&[self.negative])),
+            ("lowest", vec![lowest]),
+            ("texel", vec![1.0 / width as f32, 1.0 / height as f32]),
+        ]
+        .map(|(name, numbers)| (name, UniformValue::Floats(numbers)));
         let reflection = SHADER.reflect().expect("the shader is valid");
         reflection.pack("Bake", &values).expect("the struct has these numbers")
     }
