@@ -81,7 +81,7 @@ fn time(gpu: &Gpu, pipeline: &str, size: Size, frames: usize) -> Result<(), Box<
     for number in 0..frames {
         let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let time = number as f32 / 60.0;
+        let time = number as f64 / 60.0;
         executor.encode(&mut encoder, &Frame { inputs: &inputs, time, dt: 1.0 / 60.0, ..Frame::default() })?;
         let recorded = Instant::now();
         let commands = encoder.finish();

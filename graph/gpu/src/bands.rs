@@ -17,7 +17,7 @@ use wgpu::{BindGroupEntry, BufferUsages, ShaderStages};
 
 use crate::bind_group::{PassBindings, Samplers, part};
 use crate::buffer::{buffer, filled_buffer};
-use crate::device::{BLOCK, texture_format};
+use crate::device::BLOCK;
 use crate::executor::cores;
 use crate::frame_constants::FrameConstants;
 use crate::full_screen::color_pass;
@@ -27,6 +27,7 @@ use crate::pipelines::{Built, PipelineRequest, Pipelines};
 use crate::platform::{submit, wait, watched};
 use crate::store::{self, Stored};
 use crate::stream::RowUpload;
+use crate::texture_format::texture_format;
 use crate::{FrameStep, Gpu, GpuError, Readback};
 
 /// Source of image rows. Called on a prefetch thread.

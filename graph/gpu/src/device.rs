@@ -4,13 +4,14 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::{BandLimits, Caps, HostLimits, Options};
-use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
+use wgpu::{Features, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
 use crate::pipelines::Pipelines;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
 use crate::platform::{caught, local_memory, used_memory, watched};
+use crate::texture_format::texture_format;
 
 /// A device: that of a host, or one that Afterimage opens, for programs without a renderer. Clones are handles to the
 /// same device.
@@ -337,37 +338,6 @@ fn max_fused_uniform_buffers(adapter: &wgpu::AdapterInfo, limits: &wgpu::Limits)
     let most = limits.max_uniform_buffers_per_shader_stage.saturating_sub(1);
     let crashes = adapter.driver == "llvmpipe" && adapter.driver_info.starts_with("Mesa 22.");
     if crashes { most.min(3) } else { most }
-}
-
-/// The image format that a plan takes an input of a wgpu format for: it has the channels, and at least the bits, of
-/// what shaders read. Depth is one channel of 32 bits.
-pub fn image_format(format: TextureFormat) -> Option<Format> {
-    let same = Format::ALL.into_iter().find(|known| texture_format(*known) == format);
-    same.or(match format {
-        TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => {
-            Some(Format::Rgba8Unorm)
-        }
-        TextureFormat::R8Unorm => Some(Format::R16Float),
-        TextureFormat::Rg8Unorm => Some(Format::Rg16Float),
-        TextureFormat::Rgb10a2Unorm => Some(Format::Rgba16Float),
-        format if format.has_depth_aspect() => Some(Format::R32Float),
-        _ => None,
-    })
-}
-
-/// The wgpu format of an image format.
-pub fn texture_format(format: Format) -> TextureFormat {
-    match format {
-        Format::Rgba8Unorm => TextureFormat::Rgba8Unorm,
-        Format::R16Float => TextureFormat::R16Float,
-        Format::Rg16Float => TextureFormat::Rg16Float,
-        Format::Rgba16Float => TextureFormat::Rgba16Float,
-        Format::Rg11b10Ufloat => TextureFormat::Rg11b10Ufloat,
-        Format::R32Float => TextureFormat::R32Float,
-        Format::Rgba32Float => TextureFormat::Rgba32Float,
-        Format::Depth16Unorm => TextureFormat::Depth16Unorm,
-        Format::Depth32Float => TextureFormat::Depth32Float,
-    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use afterimage_plan::Plan;
 use afterimage_plan::codegen::Draw;
 use wgpu::{ColorTargetState, VertexAttribute, VertexStepMode};
 
-use crate::device::texture_format;
+use crate::texture_format::texture_format;
 
 /// The state of a drawing pass's pipeline, without its module and its bindings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -9,7 +9,7 @@ use wgpu::{
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
 };
 
-use crate::device::texture_format;
+use crate::texture_format::texture_format;
 
 /// A compute or a render pipeline.
 #[derive(Clone)]

@@ -39,6 +39,7 @@ mod samples;
 mod store;
 #[cfg(not(target_family = "wasm"))]
 mod stream;
+mod texture_format;
 #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "on the web nothing may wait for the times"))]
 mod timing;
 mod transfer;
@@ -47,7 +48,7 @@ mod transfer;
 pub use bands::{BandReader, BandStats, BandWriter, BandedFrame, bytes_of_whole_frame, render_in_bands};
 #[cfg(not(target_family = "wasm"))]
 pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
-pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
+pub use device::{ErrorLog, Gpu, Opening, caps, wanted_features};
 pub use error::GpuError;
 pub use executor::{
     DrawTargets, Executor, Frame, FrameKind, HostDraw, LoadedPlan, Preparation, Rectangle, color_pass_in,
@@ -60,6 +61,7 @@ pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
+pub use texture_format::texture_format;
 #[cfg(feature = "tracing")]
 #[doc(hidden)] // For the macro of spans.
 pub use tracing;
@@ -70,7 +72,6 @@ pub use wgpu;
 pub mod internal {
     //! Parts for the crate `afterimage`, which no other crate may use.
     pub use crate::buffer::buffer;
-    pub use crate::device::image_format;
     pub use crate::executor::{Fork, MULTISAMPLED, PreparedPlan, Residency, VOLUME, has_host_draws, view_of};
     pub use crate::heap::requirement;
     pub use crate::platform::{Worker, scoped, watched};
@@ -79,5 +80,6 @@ pub mod internal {
     pub use crate::store::part_view;
     #[cfg(not(target_family = "wasm"))]
     pub use crate::stream::ReadbackBatch;
+    pub use crate::texture_format::image_format;
     pub use crate::timing::between;
 }

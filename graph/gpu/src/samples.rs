@@ -2,11 +2,11 @@
 
 use afterimage_graph::image::{ImageDesc, Size};
 
-use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::full_screen::{FullScreenPipeline, color_pass};
 use crate::platform::{submit, watched};
 use crate::store;
+use crate::texture_format::texture_format;
 
 /// Each sample is the texel of a layer.
 const FILL: &str = "

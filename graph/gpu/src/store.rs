@@ -4,9 +4,9 @@ use afterimage_graph::image::ImageDesc;
 use wgpu::{TextureUsages, TextureViewDimension};
 
 use crate::buffer::buffer;
-use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::platform::caught;
+use crate::texture_format::texture_format;
 
 /// A texture and the view that all bind groups use.
 #[derive(Clone)]

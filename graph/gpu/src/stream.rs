@@ -4,8 +4,8 @@
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use crate::buffer::buffer;
-use crate::device::texture_format;
 use crate::platform::{scoped, submit, wait, watched};
+use crate::texture_format::texture_format;
 use crate::{Gpu, GpuError, Texels, store};
 
 /// A texture that receives one image after another, as an input of a pipeline. The texture stays the same, so bind

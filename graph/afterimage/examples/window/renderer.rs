@@ -85,7 +85,7 @@ impl Renderer {
                 inputs: &[("scene", scene)],
                 outputs: &[("display", screen)],
                 rectangles: &[("scene", *half), ("display", *half)],
-                time,
+                time: time.into(),
                 dt: 1.0 / 60.0,
                 ..Frame::default()
             };

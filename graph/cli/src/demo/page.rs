@@ -34,9 +34,10 @@ pub(super) fn page(folder: &Path) -> String {
     let mut page = HEAD.to_owned();
     for (name, text) in PIPELINES {
         let (about, command) = (escaped(&caption(text)), escaped(&command(folder, name)));
+        let image = format!("<img src=\"{name}.png\" alt=\"The scene through {name}\" loading=\"lazy\">");
         let figure = format!(
-            "<figure><a href=\"{name}.png\"><img src=\"{name}.png\" alt=\"The scene through {name}\" loading=\"lazy\"></a>\n\
-             <h2>{name}</h2>\n<p>{about}</p>\n<code>{command}</code></figure>\n"
+            "<figure><a href=\"{name}.png\">{image}</a>\n<h2>{name}</h2>\n<p>{about}</p>\n\
+             <code>{command}</code></figure>\n"
         );
         page.push_str(&figure);
     }

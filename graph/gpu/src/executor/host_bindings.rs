@@ -10,8 +10,8 @@ use super::bind::views::cached_groups;
 use super::frame::Frame;
 use super::load::PlanCompiler;
 use super::loaded::LoadedPlan;
-use crate::device::texture_format;
 use crate::error::GpuError;
+use crate::texture_format::texture_format;
 
 /// Binds the host's views to the passes of plans.
 #[derive(Default)]

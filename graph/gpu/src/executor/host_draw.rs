@@ -7,8 +7,8 @@ use afterimage_graph::node::{DrawContents, Pass};
 use afterimage_plan::{Plan, PlannedPass};
 use wgpu::{RenderPass, TextureFormat};
 
-use crate::device::texture_format;
 use crate::error::GpuError;
+use crate::texture_format::texture_format;
 
 /// Draws of a host in a pass of a plan: see `afterimage::Post::encode_drawing`.
 pub struct HostDraw<'a> {

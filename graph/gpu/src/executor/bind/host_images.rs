@@ -7,9 +7,9 @@ use afterimage_plan::{Plan, PlanOutput};
 use afterimage_wgsl::SampleMode;
 use wgpu::{Texture, TextureDimension, TextureFormat, TextureUsages, TextureView};
 
-use crate::device::{image_format, texture_format};
 use crate::error::GpuError;
 use crate::executor::frame::Frame;
+use crate::texture_format::{image_format, texture_format};
 
 /// A name that the plan does not know is an error: its image would stay as it was.
 pub(crate) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {

@@ -17,7 +17,6 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{PlacedPlan, Plan, Stage};
 use wgpu::{TextureFormat, TextureView};
 
-use crate::device::texture_format;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::due_passes::{DuePasses, WrittenBuffer};
@@ -28,6 +27,7 @@ use crate::executor::loaded::uniforms::Uniforms;
 use crate::executor::rectangle::Rectangle;
 use crate::frame_constants::FrameConstants;
 use crate::pipelines::Built;
+use crate::texture_format::texture_format;
 use crate::timing::Timestamps;
 
 /// The plan in use with its pipelines, memory and bind groups.
