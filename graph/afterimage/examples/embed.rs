@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let mut encoder = device.create_command_encoder(&Default::default());
         let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
-        let time = f32::from(frame) / 60.0;
+        let time = f64::from(frame) / 60.0;
         post.encode(
             &mut encoder,
             &Frame { inputs, outputs, time, dt: 1.0 / 60.0, kind: FrameKind::cut_if(frame == 0), ..Frame::default() },
@@ -57,10 +57,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     post.govern(budget, &["low", "high", "ultra"])?;
     let (begin, mut before, mut last) = (Instant::now(), 0.0, None);
     while begin.elapsed() < Duration::from_secs_f64(seconds) {
-        let time = begin.elapsed().as_secs_f32();
+        let time = begin.elapsed().as_secs_f64();
         let mut encoder = device.create_command_encoder(&Default::default());
         let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
-        post.encode(&mut encoder, &Frame { inputs, outputs, time, dt: time - before, ..Frame::default() })?;
+        post.encode(&mut encoder, &Frame { inputs, outputs, time, dt: (time - before) as f32, ..Frame::default() })?;
         queue.submit([encoder.finish()]);
         device.poll(wgpu::PollType::wait_indefinitely())?;
         before = time;
