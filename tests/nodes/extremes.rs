@@ -21,10 +21,13 @@ fn cameras() -> [(&'static str, Camera); 3] {
     ]
 }
 
+/// The number of a depth image at an index.
+type Depth = fn(u32) -> f32;
+
 /// The inputs for depth, motion and normals.
 struct Given {
     name: &'static str,
-    depth: fn(u32) -> f32,
+    depth: Depth,
     motion: f32,
     normal: [f32; 3],
 }
@@ -47,7 +50,7 @@ const GIVEN: [Given; 6] = [
 ];
 
 /// The declaration of an input for a port, and its picture.
-fn input(port: &str, ty: PortType, given: &Given, map: fn(u32) -> f32) -> (&'static str, Picture) {
+fn input(port: &str, ty: PortType, given: &Given, map: Depth) -> (&'static str, Picture) {
     let [width, height] = SIDES;
     let index = |x: u32, y: u32| 3 * x + 5 * y;
     let picture = |pixel: &dyn Fn(u32, u32) -> [f32; 4]| Picture::new(width, height, pixel);
@@ -70,7 +73,7 @@ fn input(port: &str, ty: PortType, given: &Given, map: fn(u32) -> f32) -> (&'sta
 }
 
 /// The output of a kind with all ports that hosts give; `map` is the depth map of a light.
-fn rendered(kind: &NodeKind, camera: &Camera, given: &Given, map: fn(u32) -> f32) -> Picture {
+fn rendered(kind: &NodeKind, camera: &Camera, given: &Given, map: Depth) -> Picture {
     let ports: Vec<_> = kind.inputs().iter().filter(|port| !matches!(port.ty, PortType::Value)).collect();
     let ports: Vec<_> = ports.into_iter().filter(|port| &*port.name != "previous_exposure").collect();
     let is_block = |port: &&&afterimage_graph::node::Input| port.ty == PortType::Block;
@@ -117,7 +120,7 @@ fn kinds_with_a_camera_take_all_that_a_renderer_may_give() {
 }
 
 /// Depths that no surface has, each beside the one that they count as: at one place in four, and everywhere.
-const IMPOSSIBLE: [[fn(u32) -> f32; 2]; 5] = [
+const IMPOSSIBLE: [[Depth; 2]; 5] = [
     [|i| if i % 4 == 0 { 0.0 } else { 3.0 }, |i| if i % 4 == 0 { 65504.0 } else { 3.0 }],
     [|i| if i % 4 == 0 { -3.0 } else { 3.0 }, |i| if i % 4 == 0 { 65504.0 } else { 3.0 }],
     [|_| 0.0, |_| 65504.0],

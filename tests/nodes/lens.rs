@@ -271,8 +271,8 @@ fn blurs_of_a_transparent_picture_lie_over_any_background() {
         &lens.replace("FOCUS", "focus: 5.0"),
         &lens.replace("FOCUS", "focus: 1.5"),
         &lens.replace("FOCUS", "focus: 3.0, blades: 6"),
-        "MotionBlur(source: \"in\", motion: \"motion\", depth: \"depth\", unit: Pixels, shutter: 360.0, largest: 0.2)",
-        "MotionBlur(source: \"in\", motion: \"motion\", unit: Pixels, shutter: 360.0, largest: 0.2)",
+        "MotionBlur(source: \"in\", motion: \"motion\", depth: \"depth\", unit: Pixels, shutter: 360.0, largest: 0.1)",
+        "MotionBlur(source: \"in\", motion: \"motion\", unit: Pixels, shutter: 360.0, largest: 0.1)",
     ] {
         let nodes = format!("\"result\": {text}");
         let nodes = Nodes::new(&nodes, &[("in", "Color"), ("depth", "Depth"), ("motion", "Motion")]);

@@ -54,7 +54,7 @@ fn side(width: usize, height: usize, layout: PngLayout) -> Result<usize, LutErro
             LutError::new(0, format!("a HALD table is a square of {sides} pixels a side, not {width}x{height}"))
         });
     }
-    side.filter(|side| width % side == 0 && height % side == 0).ok_or_else(|| {
+    side.filter(|side| width.is_multiple_of(*side) && height.is_multiple_of(*side)).ok_or_else(|| {
         let sizes = "256x16, 1024x32, 64x64 or 512x512";
         LutError::new(0, format!("a table has as many square tiles as they are wide, as {sizes}, not {width}x{height}"))
     })
