@@ -72,7 +72,25 @@ fn a_new_crate_has_its_name_in_every_file() {
     for placeholder in ["MyKind", "my_kind", "REPOSITORY"] {
         assert!(!texts.contains(placeholder), "{placeholder} is left in:\n{texts}");
     }
-    assert!(texts.contains(&format!("path = \"{}/graph/plan\"", repository.display())), "{texts}");
+}
+
+/// A manifest of cargo fails only when it is built, which takes minutes: `tests/new_crate.sh`.
+#[test]
+fn a_new_crate_depends_on_crates_that_exist() {
+    let folder = Folder::new("new-crate-paths");
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the repository");
+    folder.run(&format!("nodes --new SoftGlow --rust --repository {}", repository.display())).good();
+    let text = fs::read_to_string(folder.file("soft_glow/Cargo.toml")).expect("the manifest");
+    let mut count = 0;
+    for line in text.lines() {
+        let Some((name, place)) = line.split_once(" = { path = \"") else { continue };
+        let place = Path::new(place.trim_end_matches("\" }"));
+        assert!(place.starts_with(&repository), "{line}");
+        let manifest = fs::read_to_string(place.join("Cargo.toml")).unwrap_or_else(|error| panic!("{line}: {error}"));
+        assert!(manifest.contains(&format!("name = \"{name}\"\n")), "{line}");
+        count += 1;
+    }
+    assert_eq!(count, 4, "{text}");
 }
 
 #[test]
