@@ -38,6 +38,15 @@ fn without_features() -> Gpu {
     plain
 }
 
+/// The WebGPU specification guarantees no more.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_device_without_features_has_the_formats_of_every_device() {
+    let (caps, every) = (without_features().caps, afterimage_plan::Caps::default());
+    assert_eq!([caps.storage, caps.renderable, caps.blendable], [every.storage, every.renderable, every.blendable]);
+    assert!(!caps.filter_32_bit && !caps.indirect_first_instance);
+}
+
 /// A picture of one gray.
 fn flat(width: u32, height: u32, light: f32) -> Picture {
     Picture::new(width, height, |_, _| [light, light, light, 1.0])

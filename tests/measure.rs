@@ -223,7 +223,9 @@ fn what_is_no_picture_cannot_be_judged() {
     assert!(!folder.file("out.json").exists());
     // Linear light is judged as an HDR screen shows it.
     assert!(measure("light"));
-    let written = row(&folder.json("out.json"), "as written").clone();
+    let report = folder.json("out.json");
+    assert_eq!(report["output"], "light");
+    let written = row(&report, "as written").clone();
     assert!(
         number(&written, "max") > 0.0 && number(&written, "deitp_p999") < 1.0 && written["ciede2000_mean"].is_null()
     );

@@ -61,6 +61,25 @@ fn a_fact_leaves_a_branch_out_and_the_plan_says_why() {
     assert!(plan("{caracal} --fact emissive=true").contains("downsample"));
 }
 
+/// Most colors are nearer than nearly all of them, and those nearer than the farthest.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_errors_of_tables_of_colors_follow_the_plan() {
+    let folder = Folder::new("plan-bake-error");
+    let text = r#"Pipeline(
+        inputs: { "scene": Exposed },
+        nodes: { "mapped": ToneMap(source: "scene", bake: 33), "shown": Encode(source: "mapped") },
+        outputs: { "display": "shown" },
+    )"#;
+    folder.with("table.ron", text.as_bytes());
+    let [plan, both] = ["", " --bake-error"].map(|flag| folder.run(&format!("plan table.ron{flag}")).good());
+    let errors = both.strip_prefix(&*plan).expect("the plan is the same");
+    let row = errors.lines().find_map(|line| line.split_once("size 33")).expect("the table has a row");
+    let numbers: Vec<f64> = row.1.split_whitespace().map(|word| word.parse().expect("a number")).collect();
+    let [most, nearly_all, all, ..] = numbers[..] else { panic!("{errors}") };
+    assert!(row.0.contains("mapped") && 0.0 < most && most <= nearly_all && nearly_all <= all, "{errors}");
+}
+
 #[test]
 fn plans_of_tiers_and_files_are_compared() {
     let tiers = plan("{tsushima} --diff-tier low");

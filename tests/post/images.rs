@@ -132,13 +132,22 @@ fn inputs_of_an_engine_are_read_as_they_are() {
 
 /// Clears a depth to 0.625, and the stencil next to it, if there is one.
 fn clear_depth(gpu: &Gpu, texture: &wgpu::Texture) {
-    let view = texture.create_view(&Default::default());
+    clear_level(gpu, texture, 0, 0.625);
+}
+
+fn view_of_level(texture: &wgpu::Texture, level: u32) -> wgpu::TextureView {
+    let one = wgpu::TextureViewDescriptor { base_mip_level: level, mip_level_count: Some(1), ..Default::default() };
+    texture.create_view(&one)
+}
+
+fn clear_level(gpu: &Gpu, texture: &wgpu::Texture, level: u32, depth: f32) {
+    let view = view_of_level(texture, level);
     let stencil = wgpu::Operations { load: wgpu::LoadOp::Clear(3), store: wgpu::StoreOp::Store };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &view,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.625), store: wgpu::StoreOp::Store }),
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(depth), store: wgpu::StoreOp::Store }),
             stencil_ops: texture.format().has_stencil_aspect().then_some(stencil),
         }),
         ..Default::default()
@@ -283,6 +292,34 @@ fn the_depth_next_to_a_stencil_is_read_through_any_view() {
                 Picture::of(&download(&gpu.device, &gpu.queue, post.output("out").unwrap()).unwrap()).at(5, 3)[0];
             assert!((shown - 0.625).abs() < 1e-3, "{format:?}, {aspect:?}: {shown}");
         }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_stated_level_of_a_depth_next_to_a_stencil_is_read() {
+    let gpu = gpu();
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 16, height: 16, depth_or_array_layers: 1 },
+        mip_level_count: 2,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Depth24PlusStencil8,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let levels = [(0, 0.25), (1, 0.75)];
+    levels.iter().for_each(|(level, depth)| clear_level(&gpu, &texture, *level, *depth));
+    let mut post = Post::new(&gpu, same_pixels());
+    for (level, depth) in levels {
+        let view = view_of_level(&texture, level);
+        let frame = Frame { inputs: &[("in", &view)], levels: &[("in", level)], ..Frame::default() };
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("level {level}: {error}"));
+        gpu.queue.submit([encoder.finish()]);
+        let shown = Picture::of(&download(&gpu.device, &gpu.queue, post.output("out").unwrap()).unwrap());
+        assert!((shown.at(5, 3)[0] - depth).abs() < 1e-3, "level {level}: {}", shown.at(5, 3)[0]);
     }
 }
 

@@ -14,8 +14,8 @@ const SPACES: [Chromaticities; 5] = [
 
 #[test]
 fn a_decimal_keeps_the_number_that_its_float_was_made_of() {
-    for number in [0.3127, 0.32168, -0.0770, 203.0, 2.2, 10000.0, 1e-6] {
-        assert_eq!(Decimal::new(number).get(), number);
+    for number in [0.3127, 0.32168, -0.0770, 0.0321, 203.0, 2.2, 10000.0, 1e-6] {
+        assert_eq!([Decimal::new(number), Decimal::from(number)].map(Decimal::get), [number; 2]);
     }
     assert_eq!(Xy::from([0.3127_f32, 0.3290_f32]), Xy::D65, "the f32 nearest to 0.3127 is 0.3127");
     assert_eq!([f64::NAN, 1e300, -1e300].map(|x| Decimal::new(x).get().signum()), [1.0, 1.0, -1.0]);

@@ -127,21 +127,27 @@ fn what_states_the_colors_of_an_exr_is_named() {
 #[test]
 fn a_radiance_file_is_described() {
     let folder = Folder::new("described-hdr");
-    let file = |primaries: &str| {
-        let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n{primaries}\n-Y 2 +X 3\n");
+    let file = |signature: &str, primaries: &str| {
+        let head = format!("#?{signature}\nFORMAT=32-bit_rle_rgbe\n{primaries}\n-Y 2 +X 3\n");
         [head.into_bytes(), vec![128; 24]].concat()
     };
-    let found = described(&folder, &file(""));
+    let found = described(&folder, &file("RADIANCE", ""));
     let window = Window { x: 0, y: 0, width: 3, height: 2 };
     assert_eq!((found.format, found.parts.len()), ("Radiance HDR", 1));
     assert_eq!((found.parts[0].display, found.parts[0].data), (window, window));
     assert_eq!(channels(&found.parts[0]), [("R", "RGBE"), ("G", "RGBE"), ("B", "RGBE")]);
     assert_eq!(found.picture.unwrap().channels, ["R", "G", "B"]);
     assert_eq!((found.color, found.stated_by), (Some(Colorimetry::linear(Chromaticities::REC709)), None));
-    let found = described(&folder, &file("PRIMARIES=.708 .292 .170 .797 .131 .046 .3127 .3290\n"));
+    let found = described(&folder, &file("RADIANCE", "PRIMARIES=.708 .292 .170 .797 .131 .046 .3127 .3290\n"));
     let rec2020 = Colorimetry::linear(Chromaticities::REC2020);
     assert_eq!((found.color, found.stated_by), (Some(rec2020), Some("PRIMARIES")));
-    assert_eq!(described(&folder, &file("PRIMARIES=.708 .292\n")).stated_by, None, "six numbers are missing");
+    assert_eq!(
+        described(&folder, &file("RADIANCE", "PRIMARIES=.708 .292\n")).stated_by,
+        None,
+        "six numbers are missing"
+    );
+    // Both signatures are in use.
+    assert_eq!(described(&folder, &file("RGBE", "")).parts[0].data, window);
 }
 
 #[test]

@@ -190,12 +190,16 @@ fn an_attribute_that_no_reader_takes_is_refused_or_left_out_and_named() {
 fn attributes_of_the_old_picture_are_left_out_and_named() {
     let folder = Folder::new("attributes-old");
     let preview = [1, 0, 0, 0, 1, 0, 0, 0, 1, 2, 3, 4].to_vec();
-    let old = [("preview", "preview", preview), ("acesImageContainerFlag", "int", vec![1, 0, 0, 0])];
+    let old = [
+        ("preview", "preview", preview),
+        ("acesImageContainerFlag", "int", vec![1, 0, 0, 0]),
+        ("deepImageState", "deepImageState", vec![1]),
+    ];
     for way in 0..3 {
         let (file, notes) = rewritten(&folder, &raw(2, &RGB, &old), way);
         let found = attributes(&file);
-        assert!(!found.contains_key("preview") && !found.contains_key("acesImageContainerFlag"));
-        let what = "left out: attributes `acesImageContainerFlag`, `preview`; not true of the output";
+        assert!(old.iter().all(|(name, ..)| !found.contains_key(*name)), "{found:?}");
+        let what = "left out: attributes `acesImageContainerFlag`, `deepImageState`, `preview`; not true of the output";
         assert_eq!(notes, [what]);
     }
 }

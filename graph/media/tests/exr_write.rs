@@ -1,5 +1,8 @@
 //! What is written is what is read back.
 
+use std::io::Cursor;
+
+use ::exr::block::chunk::{Chunk, CompressedBlock};
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use afterimage_base::color::Chromaticities;
 use half::f16;
@@ -33,6 +36,23 @@ fn the_header_names_the_compression_and_the_window() {
             let sides = [0_i32, 0, 2, 1].map(i32::to_le_bytes);
             assert_eq!(attribute(&file, window, "box2i"), sides.as_flattened(), "{window}");
         }
+    }
+}
+
+/// The header says `increasing`, and rows are written as they come: a reader from a pipe needs both.
+#[test]
+fn blocks_lie_in_the_file_from_the_first_row_to_the_last() {
+    for compression in [ExrCompression::None, ExrCompression::Zip, ExrCompression::Piz] {
+        let file = encoded(&picture(33, 70), &Encoding { compression, ..Encoding::EXR });
+        assert_eq!(attribute(&file, "lineOrder", "lineOrder"), [0]);
+        let reader = ::exr::block::read(Cursor::new(file.as_slice()), true).expect("the header is valid");
+        let chunks = reader.all_chunks(true).expect("the table is valid");
+        let first_row = |chunk: ::exr::error::Result<Chunk>| match chunk.expect("it is whole").compressed_block {
+            CompressedBlock::ScanLine(block) => block.y_coordinate,
+            _ => panic!("tiles and deep pixels are not written"),
+        };
+        let rows: Vec<i32> = chunks.map(first_row).collect();
+        assert!(rows.len() > 2 && rows.is_sorted(), "{compression:?}: {rows:?}");
     }
 }
 

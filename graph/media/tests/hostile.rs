@@ -73,6 +73,16 @@ fn absurd_windows_are_refused_before_decoding() {
     );
 }
 
+/// The offset of each block takes eight bytes, so a file that is too short for them is not as its header describes it.
+#[test]
+fn a_file_that_is_too_short_for_its_blocks_is_not_described() {
+    let folder = Folder::new("too-short");
+    let describe = |bytes: &[u8]| read_description(&Source::file(folder.with("described.exr", bytes)));
+    describe(&with_window("dataWindow", [0, 0, 32, 16])).expect("it is whole");
+    let error = describe(&with_window("dataWindow", [0, 0, 32, 60_000])).unwrap_err();
+    assert_eq!((error.kind, error.message.as_str()), (ErrorKind::Broken, "the file ends too early"));
+}
+
 #[test]
 fn subsampled_and_deep_files_say_so() {
     let folder = Folder::new("subsampled");

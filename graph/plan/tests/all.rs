@@ -1,6 +1,7 @@
 //! Tests of the planner without a device: properties of the plans of random graphs, and faults that `verify` must find.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
+mod bands;
 mod blocks;
 mod broken;
 mod colorimetry;

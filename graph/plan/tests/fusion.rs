@@ -217,6 +217,10 @@ fn what_others_need_is_stored_although_a_halving_looks_at_it() {
     // The source is shown, too.
     let plan = lights(dim, r#"source: "dim""#, "", r#""out": "out", "dim": "dim""#);
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![5], 3), "{}", plan.to_text());
+    // The source looks around its own pixel: eight neighbors would each make it again.
+    let far = r#""far": Far(source: "in"),"#;
+    let plan = lights(far, r#"source: "far""#, "", r#""out": "out""#);
+    assert_eq!((by_rows(&plan), full_size(&plan)), (vec![5], vec!["far.result"]), "{}", plan.to_text());
     // The light is stored for others, and so are peaks that this frame reads.
     let plan = lights("", r#"source: "in""#, r#""far": Far(source: "bright")"#, r#""out": "out", "far": "far""#);
     assert_eq!((by_rows(&plan), full_size(&plan)), (vec![2], vec!["bright.result"]), "{}", plan.to_text());

@@ -78,6 +78,26 @@ fn an_output_of_a_node_that_is_skipped_has_the_state_of_its_wire() {
     );
 }
 
+/// Passes write no bytes and no depths, and 32 bits are not shortened.
+#[test]
+fn an_input_that_is_shown_as_it_is_is_copied_to_floats() {
+    let color = checked(r#"Pipeline(inputs: { "seen": Color }, nodes: {}, outputs: { "out": "seen" })"#);
+    let depth = checked(r#"Pipeline(inputs: { "seen": Depth }, nodes: {}, outputs: { "out": "seen" })"#);
+    for (graph, given, written) in [
+        (&color, Format::Rgba8Unorm, Format::Rgba16Float),
+        (&color, Format::Rgba16Float, Format::Rgba16Float),
+        (&color, Format::Rgba32Float, Format::Rgba32Float),
+        (&depth, Format::Depth32Float, Format::R32Float),
+        (&depth, Format::R32Float, Format::R32Float),
+    ] {
+        let image = HostImageDesc { desc: ImageDesc::new(FRAME).format(given), finite: true };
+        let given = HostInputs::all(FRAME, &graph.inputs, image);
+        let plan = afterimage_plan::plan(graph, &PlanRequest { given, ..request(graph, &[]) });
+        let plan = plan.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(plan.image(plan.outputs[0].image).desc.format, written, "{}", plan.to_text());
+    }
+}
+
 fn exposed(stops: f32, more: &str) -> Plan {
     let node = format!("Exposure(source: \"scene\", stops: {stops:?})");
     planned(

@@ -397,6 +397,26 @@ fn the_bytes_of_files_are_counted() {
     assert_eq!(told[3], "a file counts as often as it is named: use smaller tables");
 }
 
+/// A wire under an unknown name is meant for the port that is left, if one alone is.
+#[test]
+fn a_misnamed_wire_stands_for_a_port_if_no_other_is_missing() {
+    let files = Files::default();
+    let told = |fields: &str| codes(&files, &pipeline(&format!(r#""a": Composite({fields})"#), "a", ""));
+    assert_eq!(told(r#"base: "s", zyx: "s""#), ["unknown-field"]);
+    assert_eq!(told(r#"zyx: "s""#), ["missing-port", "missing-port", "unknown-field"]);
+}
+
+#[test]
+fn files_of_one_name_in_two_folders_are_two_pipelines() {
+    let twice =
+        r#"Pipeline(inputs: { "in": Color }, nodes: { "kept": Tint(source: "in") }, outputs: { "out": "kept" })"#;
+    let files = Files::of(&[("film/look.ron", PASS), ("game/look.ron", twice)]);
+    let nodes = r#""a": Pipeline(file: "film/look.ron", in: "s"), "b": Pipeline(file: "game/look.ron", in: "a")"#;
+    let (graph, _) = files.check(&pipeline(nodes, "b", ""), None, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let names: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, ["b/kept"]);
+}
+
 #[test]
 fn files_may_be_nested_and_extended_sixteen_times() {
     let mut files = Files::default();
