@@ -177,7 +177,7 @@ impl<'g> Host<'g> {
                 self.post.set(parameter, 0.001 * (frame % 500) as f32)?;
             }
             let (inputs, outputs) = (&[("scene", &self.views[0])], &[("display", &self.views[1])]);
-            let time = f64::from(frame) / 60.0;
+            let time = frame as f64 / 60.0;
             let step = Frame { inputs, outputs, time, dt: 1.0 / 60.0, ..Frame::default() };
             self.post.encode(&mut encoder, &step)?;
             times.push(start.elapsed());
