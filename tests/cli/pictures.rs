@@ -161,3 +161,23 @@ fn a_good_run_prints_nothing_foreign_and_a_card_can_be_required() {
         _ => required.fails_saying(2, &["`--require-gpu`: the only adapter is the processor"]),
     }
 }
+
+/// Layers belong to a color, which numbers of another meaning are not.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn data_are_written_without_the_layers_of_the_picture() {
+    use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+    let folder = Folder::new("data-layers");
+    let channel = |name: &str| AnyChannel::new(name, FlatSamples::F32(vec![0.5; 24]));
+    let channels = AnyChannels::sort(["B", "G", "R", "Z"].map(channel).into_iter().collect());
+    Image::from_channels((6, 4), channels).write().to_file(folder.file("in.exr")).expect("it can be written");
+    for (ty, has_depth) in [("Color", true), ("Data", false)] {
+        let text = format!("Pipeline(inputs: {{ \"in\": {ty} }}, nodes: {{}}, outputs: {{ \"out\": \"in\" }})");
+        folder.with("same.ron", text.as_bytes());
+        folder.run("render same.ron in.exr -o out.exr").good();
+        let written = afterimage_media::read_description(&Source::file(folder.file("out.exr")));
+        let parts = written.expect("it was written").parts;
+        let mut channels = parts.iter().flat_map(|part| &part.channels);
+        assert_eq!(channels.any(|channel| channel.name == "Z"), has_depth, "{ty}");
+    }
+}

@@ -237,6 +237,23 @@ fn fixes_are_sure_and_do_not_overlap() {
     assert_eq!(all.to_json()[0]["fix"]["start"], 32);
 }
 
+#[test]
+fn fixes_that_touch_are_all_made_and_of_those_that_overlap_the_first() {
+    let text = "a: b(c)";
+    let fixed = |parts: &[(std::ops::Range<usize>, &str)]| {
+        let mut all = Diagnostics::default();
+        all.add_source("a.ron", text);
+        for (part, right) in parts {
+            let location = Location::new(&"a.ron".into(), part.clone());
+            all.push(Diagnostic::error("wrong", "it is wrong").at(&location, "").rewrite(*right));
+        }
+        apply(text, &all.fixes("a.ron"))
+    };
+    assert_eq!(fixed(&[(0..1, "x")]), "x: b(c)", "the text begins with what is wrong");
+    assert_eq!(fixed(&[(4..7, "()"), (3..4, "y"), (0..1, "x")]), "x: y()", "one begins where the other ends");
+    assert_eq!(fixed(&[(3..5, "y["), (4..7, "()")]), "a: y[c)", "they share the bracket");
+}
+
 /// Names of files hold any character: none begins a line, changes a terminal or the order of letters.
 #[test]
 fn texts_of_diagnostics_are_of_one_line() {

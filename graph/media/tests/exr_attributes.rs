@@ -204,6 +204,14 @@ fn attributes_of_the_old_picture_are_left_out_and_named() {
     }
 }
 
+/// It says how the samples of a deep pixel lie.
+#[test]
+fn a_picture_of_a_host_has_no_state_of_deep_samples() {
+    let mut source = picture(3, 2);
+    source.meta.layer.deep_image_state = Some((1, 1));
+    assert!(!attributes(&encode(&source, &Encoding::EXR).unwrap()).contains_key("deepImageState"));
+}
+
 #[test]
 fn a_key_code_of_a_host_has_all_of_its_numbers() {
     let mut source = picture(3, 2);

@@ -126,3 +126,21 @@ fn fog_that_is_not_there_is_skipped() {
     assert_eq!([skipped(&written, true), skipped(&written, false)], [[true, false], [true, true]]);
     assert_eq!([skipped(&thick, true), skipped(&thick, false)], [[false, false], [false, true]]);
 }
+
+/// There is no depth then, rather than one of 0, and what needs it is off, too.
+#[test]
+fn where_the_host_draws_nothing_what_needs_its_depth_is_off() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "drawn": Draw(when: "geometry"), "fogged": Fog(source: "scene", depth: "drawn.depth") },
+        outputs: { "out": "fogged" },
+    )"#;
+    let registry = Registry::new(&[afterimage_nodes::ALL, afterimage_nodes::HOST]).expect("no two kinds share a name");
+    let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
+    let skips_fog = |is_drawn: bool| {
+        let plan = planned(&graph, with("geometry", is_drawn));
+        plan.savings.skipped.iter().any(|skipped| skipped.node == "fogged")
+    };
+    assert_eq!([true, false].map(skips_fog), [false, true]);
+}

@@ -202,3 +202,24 @@ impl Target {
         !self.is_kind || node == NODE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::check::NoFiles;
+
+    use super::super::pipelines;
+
+    /// The tiers of a pipeline have the domains of its parameters in common.
+    #[test]
+    fn values_are_swept_once_and_not_for_every_tier() {
+        let text = r#"Pipeline(
+            inputs: { "scene": Color, "shade": Albedo(optional: true) },
+            nodes: { "bins": Histogram(source: "scene", albedo: "shade") },
+            outputs: { "out": "scene" },
+            tiers: { "low": { "bins.lo": -8.0 } },
+        )"#;
+        let targets = pipelines("a", "a", "a.ron", text, &NoFiles, None).expect("a pipeline");
+        let found: Vec<_> = targets.iter().map(|target| (&*target.title, &*target.words, target.sweep)).collect();
+        assert_eq!(found, [("a", "a", true), ("a (bare)", "a --bare", false), ("a (low)", "a --tier low", false)]);
+    }
+}
