@@ -73,11 +73,12 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         let c = stride_pixel(cell + 2u * down, size, params.step);
         let d = stride_pixel(cell + 3u * down, size, params.step);
         let colors = texels_loaded(source, a, b, c, d);
-        if are_limited(colors[0], colors[1], colors[2], colors[3]) {
-            if all(cell < sampled) { brightest = max(brightest, histogram_count(colors[0].rgb, a, size)); }
-            if all(cell + down < sampled) { brightest = max(brightest, histogram_count(colors[1].rgb, b, size)); }
-            if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_count(colors[2].rgb, c, size)); }
-            if all(cell + 3u * down < sampled) { brightest = max(brightest, histogram_count(colors[3].rgb, d, size)); }
+        let are_sound = are_limited(colors[0], colors[1], colors[2], colors[3]);
+        if are_sound && (HISTOGRAM_ALBEDO || histogram_are_full(colors)) {
+            if all(cell < sampled) { brightest = max(brightest, histogram_sound(colors[0].rgb, a, size)); }
+            if all(cell + down < sampled) { brightest = max(brightest, histogram_sound(colors[1].rgb, b, size)); }
+            if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_sound(colors[2].rgb, c, size)); }
+            if all(cell + 3u * down < sampled) { brightest = max(brightest, histogram_sound(colors[3].rgb, d, size)); }
         } else {
             for (var k = 0u; k < 4u; k++) {
                 let pixel = stride_pixel(cell + k * down, size, params.step);
@@ -125,6 +126,22 @@ fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
         atomicAdd(&histogram_bins[0], whole - counted);
         if light > params.black { atomicStore(&histogram_faint, 1u); }
     }
+    return max(brightest(rgb), 0.0);
+}
+
+// True if each pixel is bright enough to count in full.
+fn histogram_are_full(colors: array<vec4f, 4>) -> bool {
+    let first = min(level_luminance(colors[0].rgb), level_luminance(colors[1].rgb));
+    let second = min(level_luminance(colors[2].rgb), level_luminance(colors[3].rgb));
+    return (min(first, second) - params.black) * params.rise >= 1.0;
+}
+
+// The same of a pixel that needs no repair, and counts in full if there is no albedo.
+fn histogram_sound(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
+    if HISTOGRAM_ALBEDO { return histogram_count(rgb, pixel, size); }
+    let uv = (vec2f(pixel) + 0.5) / vec2f(size);
+    let weight = u32(histogram_weight(uv, vec2f(size)) + 0.5);
+    if weight > 0u { atomicAdd(&histogram_bins[histogram_bin(level_luminance(rgb))], weight); }
     return max(brightest(rgb), 0.0);
 }
 
