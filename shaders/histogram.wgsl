@@ -82,8 +82,9 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         } else {
             for (var k = 0u; k < 4u; k++) {
                 let pixel = stride_pixel(cell + k * down, size, params.step);
+                let color = texel_inside(source, pixel);
                 if all(cell + k * down < sampled) {
-                    brightest = max(brightest, histogram_count_sanitized(pixel, size));
+                    brightest = max(brightest, histogram_count(color.rgb, pixel, size));
                 }
             }
         }
@@ -145,11 +146,9 @@ fn histogram_sound(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     return max(brightest(rgb), 0.0);
 }
 
-// The same of a pixel that is sanitized. One that is not known counts as black.
+// The same of a pixel that is sanitized.
 fn histogram_count_sanitized(pixel: vec2i, size: vec2u) -> f32 {
-    let color = texel_inside(source, pixel);
-    let metered = select(vec3f(), color.rgb, is_texel_known(source, pixel, color));
-    return max(histogram_count(metered, pixel, size), brightest(color.rgb));
+    return histogram_count(texel_inside(source, pixel).rgb, pixel, size);
 }
 
 // The bin of a luminance: never 0.

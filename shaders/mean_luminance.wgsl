@@ -1,5 +1,5 @@
 // The mean luminance of an image: each workgroup sums a tile of 64x64 pixels, then one workgroup sums the tiles. Both
-// sums have a fixed order. The divisor is the sum of the weights, which is exact for 16 million pixels of equal weight.
+// sums have a fixed order. Without weights the divisor is the exact number of pixels, so no size needs padding.
 #import color
 #import workgroup
 #import metering_weight
@@ -8,13 +8,15 @@ struct MeanLuminance {
     lo: f32,
     center: vec2f,
     radius: f32,
-    // The number of tiles, computed from the size.
+    // Numbers of pixels and of tiles, computed from the size.
+    pixels: f32,
     tiles: u32,
 }
 
 // Weights of pixels: by their distance from the center, by a mask, or equal.
 override MEAN_LUMINANCE_WEIGHT: u32 = 0;
 override MEAN_LUMINANCE_MASK: bool = false;
+override MEAN_LUMINANCE_WEIGHTED: bool = false;
 
 const MEAN_LUMINANCE_INVOCATIONS: u32 = 256u;
 const MEAN_LUMINANCE_TILE: u32 = 64u;
@@ -27,8 +29,8 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 @group(0) @binding(4) var<storage, read> tiles: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> result: array<vec4f>;
 
-// Four pixels of the tile, four rows apart: the luminance of each and its weight, 0 outside of the image and where the
-// luminance is not known. They are loaded together, so that their latencies overlap.
+// Four pixels of the tile, four rows apart: the luminance of each and its weight, 0 outside of the image. They are
+// loaded together, so that their latencies overlap.
 fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> array<vec2f, 4> {
     let within = vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
     let first = tile * MEAN_LUMINANCE_TILE + within;
@@ -48,13 +50,9 @@ fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> array<vec2f, 4> 
         luminance(colors[2].rgb),
         luminance(colors[3].rgb),
     );
-    var known = vec4f(1.0);
     if !are_limited(colors[0], colors[1], colors[2], colors[3]) {
         for (var k = 0u; k < 4u; k++) {
-            let place = min(p + vec2i(0, 4 * i32(k)), last);
-            let color = texel_inside(picture, place);
-            found[k] = luminance(color.rgb);
-            known[k] = select(0.0, 1.0, is_texel_known(picture, place, color));
+            found[k] = luminance(texel_inside(picture, min(p + vec2i(0, 4 * i32(k)), last)).rgb);
         }
     }
     var pixels: array<vec2f, 4>;
@@ -62,7 +60,7 @@ fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> array<vec2f, 4> 
         let cell = first + vec2u(0u, 4u * k);
         let uv = (vec2f(cell) + 0.5) / vec2f(size);
         let weight = select(0.0, mean_luminance_weight(uv, vec2f(size)), all(cell < size));
-        pixels[k] = vec2f(max(found[k], 0.0), known[k] * weight);
+        pixels[k] = vec2f(max(found[k], 0.0), weight);
     }
     return pixels;
 }
@@ -85,6 +83,7 @@ fn mean_luminance_add(sum: vec3f, part: f32, pixel: vec2f) -> vec3f {
 // The sum, the brightest pixel and the weight of all invocations.
 fn mean_luminance_join(invocation: Invocation, sum: vec3f) -> vec3f {
     let joined = workgroup_sum_and_max(invocation, MEAN_LUMINANCE_INVOCATIONS, sum.xy);
+    if !MEAN_LUMINANCE_WEIGHTED { return vec3f(joined, 0.0); }
     workgroupBarrier();
     return vec3f(joined, workgroup_sum(invocation, MEAN_LUMINANCE_INVOCATIONS, vec2f(sum.z, 0.0)).x);
 }
@@ -133,9 +132,10 @@ fn mean_luminance_total(invocation: Invocation) -> vec3f {
     return mean_luminance_join(invocation, sum);
 }
 
-// The mean of all pixels from their sum and weight.
+// The mean of all pixels from their sum.
 fn mean_luminance_mean(total: vec3f) -> f32 {
-    return total.x / max(total.z, 1e-30);
+    if MEAN_LUMINANCE_WEIGHTED { return total.x / max(total.z, 1e-30); }
+    return total.x / params.pixels;
 }
 
 // The mean as log2, the brightest pixel, and 1 if any pixel is brighter than black.

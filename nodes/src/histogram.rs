@@ -9,11 +9,10 @@ static SHADER: Shader = shader!("histogram");
 node_kind! {
     /// Counts the pixels of each luminance, that of their channels above 0, in bins of equal width in stops.
     ///
-    /// Every pixel is counted once. Bin 0 holds the pixels that the meter ignores: those at or below `black`, those
-    /// that the albedo's alpha excludes, and those of a host image that are infinite or NaN and that no neighbor
-    /// repairs. Of a pixel that is nearly as dark as `black` it holds a part, so that a meter does not jump there.
-    /// Pixels outside of the range count in the first or the last of the other bins. So the sum of all bins is the
-    /// weight of the whole image. Counts are integers, so equal images give equal histograms.
+    /// Every pixel is counted once. Bin 0 holds the pixels that the meter ignores: those at or below `black`, and those
+    /// that the albedo's alpha excludes. Of a pixel that is nearly as dark as `black` it holds a part, so that a meter
+    /// does not jump there. Pixels outside of the range count in the first or the last of the other bins. So the sum of
+    /// all bins is the weight of the whole image. Counts are integers, so equal images give equal histograms.
     ///
     /// The default range is EV100 -10 to 19 for luminance in cd/m2, up to the largest half float. For brighter light,
     /// give the input a factor in the pipeline file, `Color(scale: 0.001)`.

@@ -9,8 +9,8 @@ node_kind! {
     ///
     /// A room and the view through its window then both fit into the range of the display.
     ///
-    /// In stops: o = midpoint + contrast (base - midpoint) + detail (l - base). l is the log2 luminance of the pixel, of
-    /// its channels above 0 alone: negative ones of a saturated blue or cyan cancel the luminance, but not the light.
+    /// In stops: o = midpoint + contrast (base - midpoint) + detail (l - base). l is the log2 luminance of the pixel,
+    /// of its channels above 0 alone: negative ones of a saturated blue or cyan cancel the luminance, not the light.
     /// The base is the log2 luminance of its surroundings: a share of the bilateral grid, which respects edges, plus a
     /// share of the wide Gaussian, which does not (the hybrid of Ghost of Tsushima has 0.4 and 0.6).
     /// The color is multiplied by 2^(o - l), so its chromaticity stays the same. The factor is limited to 16 stops

@@ -20,8 +20,8 @@ node_kind! {
     /// Computes the mean luminance of an image as log2, in two passes at any size: the top of a luminance pyramid.
     ///
     /// It has no percentiles, so bright lights and black borders count in full. `Histogram` with `AutoExposure` is the
-    /// better meter, this kind with `Adapt` the cheaper one. Each pixel counts once, with its weight; one that is
-    /// infinite or NaN, and that no neighbor repairs, does not count. Sums have a fixed order.
+    /// better meter, this kind with `Adapt` the cheaper one. Each pixel counts once, with its weight. Sums have a fixed
+    /// order.
     ///
     /// The result is (log2 of the mean, brightest luminance, 0, 1 if any pixel with a weight is brighter than black).
     pub struct MeanLuminance {
@@ -73,18 +73,23 @@ impl Node for MeanLuminance {
         };
         let mask = image_or_nothing(pass, "mask");
         let has_mask = pass.wired("mask");
+        let weighted = f64::from(u8::from(has_mask || self.weight != MeteringWeight::Uniform));
         pass.compute(&SHADER, of_tiles)
             .image("picture", source)
             .image("mask", mask)
             .buffer("written", sums)
+            .set("pixels", size.texels() as f32)
             .set("tiles", tiles)
             .constant("MEAN_LUMINANCE_WEIGHT", self.weight.constant())
             .constant("MEAN_LUMINANCE_MASK", f64::from(u8::from(has_mask)))
+            .constant("MEAN_LUMINANCE_WEIGHTED", weighted)
             .dispatch([groups.width, groups.height, 1]);
         pass.compute(&SHADER, of_all)
             .buffer("tiles", sums)
             .buffer("result", result)
+            .set("pixels", size.texels() as f32)
             .set("tiles", tiles)
+            .constant("MEAN_LUMINANCE_WEIGHTED", weighted)
             .dispatch([1, 1, 1]);
     }
 }

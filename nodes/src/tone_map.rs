@@ -137,8 +137,8 @@ node_kind! {
     /// `middle_gray: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
     ///
     /// A curve per channel turns hues: fire becomes yellow and, in wide primaries, a bright blue becomes purple. The
-    /// default keeps the hue of the light in Oklab (Ottosson 2020), that of deep blue nearly; where its negative channels
-    /// outweigh the others, which no color of AP1 has, that of the curve. It costs six cube roots per pixel, and
+    /// default keeps the hue of the light in Oklab (Ottosson 2020), that of deep blue nearly; where its negative
+    /// channels outweigh the others, which no color of AP1 has, that of the curve. It costs six cube roots a pixel, and
     /// `gamut: Compress` eight halvings of an interval for colors near the border of the gamut.
     pub struct ToneMap {
         /// The tone curve.

@@ -145,15 +145,6 @@ fn texels_inside(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> 
     return array(first, second, third, fourth);
 }
 
-// True if a texel of a host image, of which `clean` is sanitized, is known. An infinity beside another one is light of
-// any strength, and a NaN without a finite neighbor is anything.
-fn is_texel_known(t: texture_2d<f32>, p: vec2i, clean: vec4f) -> bool {
-    if TEXEL_SANITIZE == 0u { return true; }
-    let is_replaced = (clean == vec4f()) | (abs(clean) == vec4f(HALF_MAX));
-    let is_known = is_finite(bitcast<vec4u>(textureLoad(t, p, 0))) | !is_replaced;
-    return all(is_known.xyz);
-}
-
 // A texel of a host image times a factor that brings numbers above the limit below it.
 fn texel_scaled(t: texture_2d<f32>, p: vec2i, factor: f32) -> vec4f {
     let v = textureLoad(t, p, 0);

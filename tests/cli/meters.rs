@@ -112,10 +112,10 @@ fn a_frame_of_one_gray_is_measured_as_that_gray() {
     for (frame, stops) in frames.iter().zip([0.0, -2.0]) {
         let found = frame["exposure"][0]["stops"].as_f64().expect("a number");
         assert!((found - stops).abs() < 0.06, "{frame}");
-        // Four words of floats, and the counts of all pixels in one bin.
+        // Four words of floats, and the counts of all pixels in one bin: 255 of each.
         let bins = frame["measured"]["bins.result"].as_array().expect("a list");
         let counts: Vec<u64> = bins[4..].iter().filter_map(Value::as_u64).filter(|count| *count > 0).collect();
-        assert_eq!(counts, [u64::from(width * height)], "{frame}");
+        assert_eq!(counts, [255 * u64::from(width * height)], "{frame}");
     }
     assert_eq!(frames.len(), 2);
 }

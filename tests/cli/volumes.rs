@@ -41,7 +41,8 @@ fn a_volume_comes_from_an_image_of_its_slices() {
     assert_eq!((found.width, found.height), (6, 2));
     let pixels = found.pixels.to_f32();
     for (index, pixel) in pixels.chunks_exact(4).enumerate() {
-        let meters = FAR[index % 6].min(4.0);
+        // Where nothing was drawn, at 0, is behind all fog.
+        let meters = Some(FAR[index % 6]).filter(|far| *far > 0.0).unwrap_or(f32::INFINITY).min(4.0);
         let passed = 1.0 - 0.125 * meters;
         let wanted = [16.0 * passed + meters, 4.0 * passed, 2.0 * passed];
         let is_near = (0..3).all(|channel| (pixel[channel] - wanted[channel]).abs() < 2e-3 * wanted[channel]);

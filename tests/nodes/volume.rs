@@ -43,15 +43,15 @@ fn constant(width: u32, height: u32, pixel: [f32; 4]) -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_camera_sees_no_fog_at_itself_and_all_of_it_at_infinity() {
-    let scene = constant(5, 1, [8.0, 4.0, 2.0, 0.5]);
-    // Behind the camera, at it, at the near end, far away, infinitely far.
-    let far = [-3.0, 0.0, 0.5, 1e9, f32::INFINITY];
-    let depth = Picture::new(5, 1, |x, _| [far[x as usize], 0.0, 0.0, 1.0]);
+fn the_camera_sees_no_fog_before_the_near_end_and_all_of_it_at_infinity() {
+    let scene = constant(7, 1, [8.0, 4.0, 2.0, 0.5]);
+    // At the camera, nearly, at the near end, far away, infinitely far, and where nothing was drawn.
+    let far = [1e-6, 0.1, 0.5, 1e9, f32::INFINITY, 0.0, -3.0];
+    let depth = Picture::new(7, 1, |x, _| [far[x as usize], 0.0, 0.0, 1.0]);
     let volume = Picture::new(1, SLICES, |_, y| [y as f32, 0.5 * y as f32, 0.0, 1.0 - 0.25 * y as f32]);
     let found = composite(", near: 0.5, far: 40.0", [&scene, &depth, &volume]);
     let behind = [8.0 * 0.25 + 3.0, 4.0 * 0.25 + 1.5, 2.0 * 0.25, 0.5];
-    for (pixel, wanted) in found.pixels.iter().zip([[8.0, 4.0, 2.0, 0.5]; 3].into_iter().chain([behind; 2])) {
+    for (pixel, wanted) in found.pixels.iter().zip([[8.0, 4.0, 2.0, 0.5]; 3].into_iter().chain([behind; 4])) {
         assert!((0..4).all(|c| (pixel[c] - wanted[c]).abs() < 1e-5), "{pixel:?} instead of {wanted:?}");
     }
 }

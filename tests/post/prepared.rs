@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage::Post;
 use afterimage::host::{ExpectedFrame, HostImage};
-use afterimage_gpu::{Frame, FrameKind, Gpu, Rectangle, download, wgpu};
+use afterimage_gpu::{Executor, Frame, FrameKind, Gpu, Rectangle, download, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{assert_same, scene};
@@ -43,7 +43,9 @@ fn a_first_rectangle_that_was_announced_needs_no_pipeline() {
     let mut shown = Vec::new();
     let mut made = Vec::new();
     for is_announced in [true, false] {
-        let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
+        // Executors of the device would share what is compiled.
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        let mut post = Post::with_executor(executor, changed("caracal.ron", None, &[]));
         post.set_task_pool(Arc::new(|task| task()));
         encode(&gpu, &mut post, &whole);
         if is_announced {

@@ -12,7 +12,7 @@ pub(crate) fn luminance(rgb: Rgb) -> f64 {
 
 /// The luminance by which regions are told apart: that of the channels above 0.
 pub(crate) fn level_luminance(rgb: Rgb) -> f64 {
-    luminance(rgb.map(|x| x.max(0.0)))
+    luminance(rgb.map(|x| if x < 0.0 { 0.0 } else { x }))
 }
 
 /// The CIE xy chromaticities of a space's three primaries and its white.

@@ -586,9 +586,9 @@ fn compile<E: From<GpuError> + From<PlanError>>(
         passes.push((pass, composed, request.key.clone()));
         requests.push(request);
     }
-    pipelines.build(device, requests, cores(), None)?;
+    let pipelines = pipelines.build(device, requests, cores(), None)?;
     let compiled = passes.into_iter().map(|(pass, composed, key)| {
-        let built = pipelines.get(&key).expect("it was requested");
+        let built = pipelines[&key].clone();
         (pass, Compiled { composed, built })
     });
     Ok(compiled.collect())

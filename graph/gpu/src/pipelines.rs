@@ -150,10 +150,6 @@ impl Pipelines {
         Self { table: Mutex::default(), cache }
     }
 
-    pub(crate) fn get(&self, key: &PipelineKey) -> Option<Built> {
-        self.table.lock().expect(UNBROKEN).get(key)
-    }
-
     /// The pipeline that draws a pass's result into an image of this format.
     pub(crate) fn drawing(
         &self,
@@ -164,51 +160,54 @@ impl Pipelines {
         format: wgpu::TextureFormat,
     ) -> Result<Built, GpuError> {
         let request = PipelineRequest::new(plan, index, composed, Some(format));
-        let key = request.key.clone();
-        for request in self.missing(vec![request]) {
-            self.build_one(device, request)?;
+        match self.begin(std::slice::from_ref(&request)).remove(&request.key) {
+            Some(built) => Ok(built),
+            None => self.build_one(device, request),
         }
-        Ok(self.get(&key).expect("it was built above"))
     }
 
-    /// Compiles the missing pipelines on `threads` threads, those of the host if it has a pool. Returns the first error
-    /// of the device, if there is one.
+    /// Compiles the missing pipelines on `threads` threads, those of the host if it has a pool. Returns the pipelines of
+    /// all requests, which other executors may make the table drop at any time, or the first error of the device.
     pub(crate) fn build(
         self: &Arc<Self>,
         device: &wgpu::Device,
         requests: Vec<PipelineRequest>,
         threads: usize,
         pool: Option<&TaskPool>,
-    ) -> Result<(), GpuError> {
-        let missing = self.missing(requests);
-        let threads = threads.min(missing.len());
-        let work = Arc::new((Mutex::new(missing), Mutex::new(None)));
-        let (pipelines, device, shared) = (self.clone(), device.clone(), work.clone());
-        on_threads(pool, threads, move || {
-            let (queue, refused) = &*shared;
-            while let Some(request) = pop(queue) {
-                if let Err(error) = pipelines.build_one(&device, request) {
-                    refused.lock().expect(UNBROKEN).get_or_insert(error);
-                }
-            }
-        })?;
-        let refused = work.1.lock().expect(UNBROKEN).take();
-        refused.map_or(Ok(()), Err)
-    }
-
-    /// The requests whose pipelines are not compiled, each once.
-    fn missing(&self, requests: Vec<PipelineRequest>) -> Vec<PipelineRequest> {
-        self.table.lock().expect(UNBROKEN).begin(requests.iter().map(|request| &request.key));
+    ) -> Result<FxHashMap<PipelineKey, Built>, GpuError> {
+        let mut built = self.begin(&requests);
         let mut missing: Vec<PipelineRequest> = Vec::new();
         for request in requests {
-            if self.get(&request.key).is_none() && missing.iter().all(|known| known.key != request.key) {
+            if !built.contains_key(&request.key) && missing.iter().all(|known| known.key != request.key) {
                 missing.push(request);
             }
         }
-        missing
+        let threads = threads.min(missing.len());
+        let work = Arc::new((Mutex::new(missing), Mutex::new(Vec::new())));
+        let (pipelines, device, shared) = (self.clone(), device.clone(), work.clone());
+        on_threads(pool, threads, move || {
+            let (queue, results) = &*shared;
+            while let Some(request) = pop(queue) {
+                let key = request.key.clone();
+                let result = pipelines.build_one(&device, request);
+                results.lock().expect(UNBROKEN).push((key, result));
+            }
+        })?;
+        for (key, result) in std::mem::take(&mut *work.1.lock().expect(UNBROKEN)) {
+            built.insert(key, result?);
+        }
+        Ok(built)
     }
 
-    fn build_one(&self, device: &wgpu::Device, request: PipelineRequest) -> Result<(), GpuError> {
+    /// Counts one more call. Returns what is compiled of the requests.
+    fn begin(&self, requests: &[PipelineRequest]) -> FxHashMap<PipelineKey, Built> {
+        let mut table = self.table.lock().expect(UNBROKEN);
+        table.begin(requests.iter().map(|request| &request.key));
+        let known = requests.iter().filter_map(|request| Some((request.key.clone(), table.get(&request.key)?)));
+        known.collect()
+    }
+
+    fn build_one(&self, device: &wgpu::Device, request: PipelineRequest) -> Result<Built, GpuError> {
         let what = format!("the shader of `{}`", request.label);
         let built = watched(device, &what, || {
             // The compiler in wgpu panics over some modules that its validator accepts.
@@ -216,8 +215,8 @@ impl Pipelines {
                 .map_err(|why| GpuError::Refused { what: what.clone(), why })
         });
         let built = built.map_err(|error| at_author(error, &request))?;
-        self.table.lock().expect(UNBROKEN).put(request.key, built);
-        Ok(())
+        self.table.lock().expect(UNBROKEN).put(request.key, built.clone());
+        Ok(built)
     }
 }
 

@@ -222,7 +222,7 @@ impl PlanCompiler {
             .map(|index| plan.compose(index, self.immediates).map_err(|error| GpuError::Shader(error.into())))
             .collect::<Result<_, _>>()?;
         let requests = Self::requests(plan, composed.iter(), before, true);
-        self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;
+        let pipelines = self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;
         let mut passes = Vec::with_capacity(composed.len());
         for (index, composed) in composed.into_iter().enumerate() {
             let writes_image = plan.passes[index].pass.written_image();
@@ -233,7 +233,7 @@ impl PlanCompiler {
                 writes_image,
                 immediate: composed.immediate,
                 binds_frame: composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame),
-                built: self.pipelines.get(&key).expect("every planned pipeline was built"),
+                built: pipelines[&key].clone(),
                 composed,
             });
         }
