@@ -166,8 +166,8 @@ impl Pipelines {
         }
     }
 
-    /// Compiles the missing pipelines on `threads` threads, those of the host if it has a pool. Returns the pipelines of
-    /// all requests, which other executors may make the table drop at any time, or the first error of the device.
+    /// Compiles the missing pipelines on `threads` threads, those of the host if it has a pool. Returns the pipelines
+    /// of all requests, which other executors may make the table drop at any time, or an error of the device.
     pub(crate) fn build(
         self: &Arc<Self>,
         device: &wgpu::Device,
