@@ -91,7 +91,7 @@ fn without_sanitizing_bad_values_spread_in_space_and_time() {
         ("Gaussian", "nan", "not finite"),
         ("Gaussian", "negative", "out of range"),
         ("AutoExposure", "mixed", "bad values spread"),
-        ("AutoExposure", "bad-frame", "after 4 frames"),
+        ("Adapt", "bad-frame", "after 4 frames"),
     ] {
         assert_eq!(of(kind, case, false).failures().count(), 0, "{kind} fails by itself");
         let report = of(kind, case, true);
