@@ -157,7 +157,7 @@ fn hot_air_rises_with_the_time() {
     assert_eq!(found, picture);
 }
 
-/// How much the picture changes from each of 16 frames to the next, at 60 in a second from a time on.
+/// Mean differences between each of 16 frames and the next, at 60 in a second from a time on.
 fn changes(graph: &Graph, picture: &Picture, from: f64) -> Vec<f64> {
     let shown = |frame: u32| {
         let mut run = Run::new(graph).exact();

@@ -10,7 +10,7 @@ pub(crate) fn luminance(rgb: Rgb) -> f64 {
     dot(rgb, [0.2126, 0.7152, 0.0722])
 }
 
-/// The luminance by which regions are told apart: that of the channels above 0.
+/// Luminance of the channels above 0.
 pub(crate) fn level_luminance(rgb: Rgb) -> f64 {
     luminance(rgb.map(|x| if x < 0.0 { 0.0 } else { x }))
 }

@@ -207,7 +207,7 @@ impl Taa {
         Around { color, mean, below, above, lamps, alpha: [alpha, least, greatest] }
     }
 
-    /// How much a packed color counts in means: light at `white` half.
+    /// Weight of a packed color in means: that of light at `white` is one half.
     fn weight(&self, [y, ..]: Rgb) -> f64 {
         1.0 - y.max(0.0) / self.white
     }

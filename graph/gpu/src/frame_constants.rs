@@ -14,7 +14,7 @@ impl FrameConstants {
     /// Of the frame with this index. `time` and `dt` are in seconds; `reset` is whether histories begin in it.
     pub(crate) fn new(time: f64, dt: f32, index: u32, reset: bool) -> Self {
         let time = if time.is_finite() { time } else { 0.0 };
-        // They begin anew after 136 years, also before 0.
+        // They wrap after 136 years, also before 0.
         let seconds = time.floor().rem_euclid(4_294_967_296.0) as u32;
         let part = (time - time.floor()) as f32;
         Self([reset, true].map(|reset| {

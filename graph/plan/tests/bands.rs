@@ -1,4 +1,4 @@
-//! Which images are rendered in bands.
+//! Images of a plan in bands.
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use afterimage_gpu::internal::watched;
 use afterimage_gpu::wgpu::{self, CommandEncoder};
-use afterimage_gpu::{DrawTargets, Executor, Frame, FrameKind, Gpu, GpuError, HostDraw, TaskPool, caps, span};
+use afterimage_gpu::{DrawTargets, Executor, Frame, FrameKind, Gpu, GpuError, HostDraw, TaskPool, span};
 use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanError};
@@ -75,10 +75,9 @@ pub struct Post {
 }
 
 impl Post {
-    /// A graph on the host's device. Its plans rely on [`caps`].
+    /// A graph on the host's device. Its plans rely on [`caps`](afterimage_gpu::caps).
     pub fn new(gpu: &Gpu, graph: Graph) -> Self {
-        let caps = caps(&gpu.adapter, &gpu.device);
-        Self::with_executor(gpu.executor_with(caps), graph)
+        Self::with_executor(gpu.host_executor(), graph)
     }
 
     /// The same with an executor that the host has made.
@@ -235,7 +234,7 @@ impl Post {
     pub fn rebuild(&mut self, gpu: &Gpu) {
         let pool = self.executor.compiler.pool.clone();
         self.fade.end(&mut self.executor, fade::NEW_BEGINNING);
-        self.executor = gpu.executor_with(caps(&gpu.adapter, &gpu.device));
+        self.executor = gpu.host_executor();
         self.executor.compiler.pool = pool;
         self.plans = self.plans.without_plans();
         self.readings.reset();

@@ -1,6 +1,6 @@
 //! The files of a pipeline: tiers by name, and reloads.
 
-use afterimage_gpu::{Executor, Gpu, caps};
+use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::document::Claim;
 
@@ -22,7 +22,7 @@ impl Post {
         let source = source.into();
         let files = files_of(&source);
         let snapshot = Snapshot::read(&source, files.clone())?;
-        let executor = gpu.executor_with(caps(&gpu.adapter, &gpu.device));
+        let executor = gpu.host_executor();
         let executor = match &source.pipeline_cache {
             Some(data) => executor.with_pipeline_cache(data),
             None => executor,

@@ -45,7 +45,7 @@ pub(super) fn page(folder: &Path) -> String {
     page
 }
 
-/// What to do next.
+/// Lines with commands to go on with.
 pub(super) fn commands(folder: &Path) -> Vec<String> {
     let scene = folder.join("scene.exr").display().to_string();
     vec![

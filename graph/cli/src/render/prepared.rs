@@ -1,4 +1,4 @@
-//! What a run of `render` needs of the pipeline and of its files, before there is a device.
+//! A run of `render` before there is a device: the pipeline, its files and the plan of a typical frame.
 
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};

@@ -20,7 +20,7 @@ use afterimage_plan::{Caps, Plan, Requirement};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::cache;
-use crate::device::Gpu;
+use crate::device::{Gpu, caps};
 use crate::error::GpuError;
 use crate::frame_constants::{self, FrameConstants};
 use crate::heap;
@@ -69,9 +69,14 @@ impl Gpu {
         self.executor_with(self.caps.clone())
     }
 
-    /// An executor that relies on `caps`.
+    /// An executor with all capabilities that the device was opened with, also those that a program has left out of
+    /// [`Gpu::caps`].
     #[doc(hidden)] // For the crate `afterimage`.
-    pub fn executor_with(&self, caps: Caps) -> Executor {
+    pub fn host_executor(&self) -> Executor {
+        self.executor_with(caps(&self.adapter, &self.device))
+    }
+
+    fn executor_with(&self, caps: Caps) -> Executor {
         let mut executor = Executor::with_caps(&self.device, &self.queue, caps);
         executor.compiler.pipelines = self.pipelines.clone();
         executor

@@ -116,7 +116,7 @@ const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
 const PROJECTED: &str = "projected";
 /// The part of the camera's way that it moves in a second.
 const SPEED: f64 = 0.05;
-/// Seconds after which the scene begins anew, because its parameter is a float: whole turns of all that moves in it.
+/// Period of the scene in seconds, whole turns of all that moves in it: its parameter is a float.
 const DEMO_PERIOD: f64 = 5040.0;
 
 /// The built-in scene, at any size.
