@@ -1,4 +1,5 @@
 // Blurs along one axis; two passes, one per axis, blur along both. Reads beyond the border return the border.
+#import tent
 
 struct Gaussian {
     axis: vec2i,
@@ -74,4 +75,9 @@ fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at:
     return GAUSSIAN_CARACAL_CENTER * texel(source, at.pixel)
         + near * gaussian_tap_pair(source, source_sampler, at, near_at, params)
         + far * gaussian_tap_pair(source, source_sampler, at, far_at, params);
+}
+
+// The enlargement of a blur that was made at a lower resolution.
+fn gaussian_enlarged(small: texture_2d<f32>, small_sampler: sampler, at: Point) -> vec4f {
+    return tap_tent(small, small_sampler, at.uv, 1.0);
 }

@@ -16,9 +16,10 @@ struct GridBuild {
     unit: f32,
     // Factor from fixed-point sums to stored values.
     share: f32,
-    step: u32,
 }
 
+// One pixel of each cell of so many times so many pixels is read.
+override GRID_BUILD_STEP: u32 = 1;
 // Workgroups for a column of cells.
 override GRID_BUILD_PARTS: u32 = 1;
 
@@ -55,9 +56,12 @@ fn grid_build_store(column: vec2u, invocation: u32, invocations: u32) {
     }
 }
 
-// Stops above `lo`.
+// Stops above `lo`, of a pixel and of a level of light.
 fn grid_build_level(color: vec4f) -> f32 {
-    let light = level_luminance(color.rgb);
+    return grid_build_stops(level_luminance(color.rgb));
+}
+
+fn grid_build_stops(light: f32) -> f32 {
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi) - params.lo;
 }
 
@@ -81,19 +85,19 @@ fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
             let inside = min(rows, vec4u(extent.y - 1u));
             let colors = texels_loaded(
                 source,
-                stride_pixel(first + vec2u(x, inside.x), size, params.step),
-                stride_pixel(first + vec2u(x, inside.y), size, params.step),
-                stride_pixel(first + vec2u(x, inside.z), size, params.step),
-                stride_pixel(first + vec2u(x, inside.w), size, params.step),
+                stride_pixel(first + vec2u(x, inside.x), size, GRID_BUILD_STEP),
+                stride_pixel(first + vec2u(x, inside.y), size, GRID_BUILD_STEP),
+                stride_pixel(first + vec2u(x, inside.z), size, GRID_BUILD_STEP),
+                stride_pixel(first + vec2u(x, inside.w), size, GRID_BUILD_STEP),
             );
             if are_limited(colors[0], colors[1], colors[2], colors[3]) {
-                grid_build_count(&run, grid_build_level(colors[0]));
-                if rows.y < extent.y { grid_build_count(&run, grid_build_level(colors[1])); }
-                if rows.z < extent.y { grid_build_count(&run, grid_build_level(colors[2])); }
-                if rows.w < extent.y { grid_build_count(&run, grid_build_level(colors[3])); }
+                grid_build_count(&run, grid_build_stops(limited_level(colors[0].rgb)));
+                if rows.y < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[1].rgb))); }
+                if rows.z < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[2].rgb))); }
+                if rows.w < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[3].rgb))); }
             } else {
                 for (var row = y; row < min(y + 16u, extent.y); row += 4u) {
-                    let color = texel_inside(source, stride_pixel(first + vec2u(x, row), size, params.step));
+                    let color = texel_inside(source, stride_pixel(first + vec2u(x, row), size, GRID_BUILD_STEP));
                     grid_build_count(&run, grid_build_level(color));
                 }
             }
@@ -105,7 +109,7 @@ fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
 @compute @workgroup_size(256)
 fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
     grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
-    let pixels = stride_size(textureDimensions(source), params.step);
+    let pixels = stride_size(textureDimensions(source), GRID_BUILD_STEP);
     let first = cell_first(column.xy, pixels, params.size.xy);
     let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
     grid_build_rectangle(first, extent, invocation);
@@ -119,7 +123,7 @@ fn grid_build_part(@builtin(workgroup_id) place: vec3u, @builtin(local_invocatio
     grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
     let column = vec2u(place.x, place.y / GRID_BUILD_PARTS);
     let part = place.y % GRID_BUILD_PARTS;
-    let pixels = stride_size(textureDimensions(source), params.step);
+    let pixels = stride_size(textureDimensions(source), GRID_BUILD_STEP);
     let first = cell_first(column, pixels, params.size.xy);
     let extent = cell_first(column + 1u, pixels, params.size.xy) - first;
     let rows = extent.y * vec2u(part, part + 1u) / GRID_BUILD_PARTS;
@@ -139,7 +143,7 @@ fn grid_build_part(@builtin(workgroup_id) place: vec3u, @builtin(local_invocatio
 fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
     grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
     let size = textureDimensions(source);
-    let pixels = stride_size(size, params.step);
+    let pixels = stride_size(size, GRID_BUILD_STEP);
     let cells = params.size.xy;
     // All pixels between the centers of the neighboring cells. Pixels outside have the weight 0.
     let first = cell_first(max(column.xy, vec2u(1u)) - 1u, pixels, cells);
@@ -149,7 +153,7 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
         let place = clamp((vec2f(pixel) + 0.5) / vec2f(pixels) * vec2f(cells) - 0.5, vec2f(0.0), vec2f(cells - 1u));
         let near = max(1.0 - abs(place - vec2f(column.xy)), vec2f(0.0));
         if near.x * near.y > 0.0 {
-            let level = grid_build_level(texel(source, stride_pixel(pixel, size, params.step)));
+            let level = grid_build_level(texel(source, stride_pixel(pixel, size, GRID_BUILD_STEP)));
             grid_build_spread(near.x * near.y, level);
         }
     }

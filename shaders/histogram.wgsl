@@ -11,7 +11,6 @@ struct Histogram {
     lo: f32,
     hi: f32,
     black: f32,
-    step: u32,
     center: vec2f,
     radius: f32,
     // Bins per stop above the first bin, computed from the range.
@@ -27,6 +26,8 @@ override HISTOGRAM_WEIGHT: u32 = 0;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;
 
+// One pixel of each cell of so many times so many pixels is counted.
+override HISTOGRAM_STEP: u32 = 1;
 // The number of rows of a tile, a multiple of 16.
 override HISTOGRAM_ROWS: u32 = 64;
 
@@ -62,16 +63,16 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     }
     workgroupBarrier();
     let size = textureDimensions(source);
-    let sampled = stride_size(size, params.step);
+    let sampled = stride_size(size, HISTOGRAM_STEP);
     var brightest = 0.0;
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
             + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
         let down = vec2u(0u, 4u);
-        let a = stride_pixel(cell, size, params.step);
-        let b = stride_pixel(cell + down, size, params.step);
-        let c = stride_pixel(cell + 2u * down, size, params.step);
-        let d = stride_pixel(cell + 3u * down, size, params.step);
+        let a = stride_pixel(cell, size, HISTOGRAM_STEP);
+        let b = stride_pixel(cell + down, size, HISTOGRAM_STEP);
+        let c = stride_pixel(cell + 2u * down, size, HISTOGRAM_STEP);
+        let d = stride_pixel(cell + 3u * down, size, HISTOGRAM_STEP);
         let colors = texels_loaded(source, a, b, c, d);
         let are_sound = are_limited(colors[0], colors[1], colors[2], colors[3]);
         if are_sound && (HISTOGRAM_ALBEDO || histogram_are_full(colors)) {
@@ -80,8 +81,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
             if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_sound(colors[2].rgb, c, size)); }
             if all(cell + 3u * down < sampled) { brightest = max(brightest, histogram_sound(colors[3].rgb, d, size)); }
         } else {
-            for (var k = 0u; k < 4u; k++) {
-                let pixel = stride_pixel(cell + k * down, size, params.step);
+            for (var k = 0u; k < 4u + min(size.x, 0u); k++) {
+                let pixel = stride_pixel(cell + k * down, size, HISTOGRAM_STEP);
                 let color = texel_inside(source, pixel);
                 if all(cell + k * down < sampled) {
                     brightest = max(brightest, histogram_count(color.rgb, pixel, size));
@@ -132,8 +133,8 @@ fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
 
 // True if each pixel is bright enough to count in full.
 fn histogram_are_full(colors: array<vec4f, 4>) -> bool {
-    let first = min(level_luminance(colors[0].rgb), level_luminance(colors[1].rgb));
-    let second = min(level_luminance(colors[2].rgb), level_luminance(colors[3].rgb));
+    let first = min(limited_level(colors[0].rgb), limited_level(colors[1].rgb));
+    let second = min(limited_level(colors[2].rgb), limited_level(colors[3].rgb));
     return (min(first, second) - params.black) * params.rise >= 1.0;
 }
 
@@ -142,7 +143,7 @@ fn histogram_sound(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     if HISTOGRAM_ALBEDO { return histogram_count(rgb, pixel, size); }
     let uv = (vec2f(pixel) + 0.5) / vec2f(size);
     let weight = u32(histogram_weight(uv, vec2f(size)) + 0.5);
-    if weight > 0u { atomicAdd(&histogram_bins[histogram_bin(level_luminance(rgb))], weight); }
+    if weight > 0u { atomicAdd(&histogram_bins[histogram_bin(limited_level(rgb))], weight); }
     return max(brightest(rgb), 0.0);
 }
 

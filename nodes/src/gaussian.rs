@@ -3,6 +3,7 @@
 use afterimage_graph::prelude::*;
 
 use crate::downsample::octaves;
+use crate::reduced_blur;
 
 static SHADER: Shader = shader!("gaussian");
 
@@ -26,6 +27,11 @@ choices! {
         /// One read per two texels, weighted by the sampler: half of the reads. The error is up to 3e-4 of the range
         /// where the sampler has 8-bit weights.
         Linear,
+        /// In images of twice `lines` or more: one read per texel of the image at a half of its size, or less, so that
+        /// the cost does not grow with the kernel. At a `sigma` of 1.5, 2 and 3 the error is up to 2.8, 1.4 and 0.5 % of a
+        /// light of one pixel, and 0.4, 0.12 and 0.03 % of an edge; below 1.2 the blur is wider. In other images and in
+        /// pyramids as `Linear`.
+        Halved,
     }
 }
 
@@ -43,7 +49,8 @@ macro_rules! blur {
                     => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels"),
                        when("kernel", [GaussianKernel::Sigma]);
                 /// How the weights are applied.
-                pub taps: GaussianTaps = GaussianTaps::Exact => quality(GaussianTaps::Exact, [GaussianTaps::Linear]);
+                pub taps: GaussianTaps = GaussianTaps::Exact
+                    => quality(GaussianTaps::Exact, [GaussianTaps::Linear, GaussianTaps::Halved]);
                 /// For `kernel: Sigma`: the distance at which the kernel ends. The weight beyond it is lost: 3e-3 of
                 /// all light at 3, 6e-5 at 4.
                 pub reach: f32 = 3.0
@@ -56,13 +63,18 @@ macro_rules! blur {
         }
 
         impl $kind {
-            /// The blur with a kernel that is so many times as wide, together with what has this variance beside it.
-            fn blur(&self, scale: f32, filtered: f32) -> Blur {
-                let (sigma, reach) = match self.kernel {
+            /// The standard deviation of the kernel, and at how many of them it ends.
+            fn sigma_and_reach(&self) -> (f32, f32) {
+                match self.kernel {
                     GaussianKernel::Course33 => COURSE,
                     GaussianKernel::Caracal9 => CARACAL,
                     GaussianKernel::Sigma => (self.sigma, self.reach),
-                };
+                }
+            }
+
+            /// The blur with a kernel that is so many times as wide, together with what has this variance beside it.
+            fn blur(&self, scale: f32, filtered: f32) -> Blur {
+                let (sigma, reach) = self.sigma_and_reach();
                 let kernel = if scale == 1.0 { self.kernel } else { GaussianKernel::Sigma };
                 let variance = scale * scale * (sigma * sigma + filtered) - filtered;
                 let sigma = if scale == 1.0 { sigma } else { variance.max(0.0).sqrt() };
@@ -156,9 +168,9 @@ impl Blur {
     pub(crate) fn new(kernel: GaussianKernel, taps: GaussianTaps, sigma: f32, reach: f32) -> Self {
         let function = match (kernel, taps) {
             (GaussianKernel::Caracal9, GaussianTaps::Exact) => "gaussian_caracal_exact",
-            (GaussianKernel::Caracal9, GaussianTaps::Linear) => "gaussian_caracal_linear",
+            (GaussianKernel::Caracal9, _) => "gaussian_caracal_linear",
             (_, GaussianTaps::Exact) => "gaussian_exact",
-            (_, GaussianTaps::Linear) => "gaussian_linear",
+            _ => "gaussian_linear",
         };
         let (sigma, radius) = if sigma <= NO_BLUR { (1.0, 0) } else { (sigma, (reach * sigma).ceil() as u32) };
         let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
@@ -207,7 +219,17 @@ impl Node for Gaussian {
         let desc = ImageDesc::new(pass.desc(source).size);
         let result = pass.output("result", desc);
         let scale = if self.lines == 0 { 1.0 } else { desc.size.height as f32 / self.lines as f32 };
-        self.blur(scale, 0.0).record(pass, source, result);
+        let halvings = match self.taps {
+            GaussianTaps::Exact | GaussianTaps::Linear => 0,
+            GaussianTaps::Halved => scale.log2().max(0.0) as u32,
+        };
+        if halvings == 0 {
+            self.blur(scale, 0.0).record(pass, source, result);
+            return;
+        }
+        let (sigma, reach) = self.sigma_and_reach();
+        let small = reduced_blur::record(pass, source, halvings, scale * sigma, reach);
+        pass.function(&SHADER, "gaussian_enlarged").read("small", small).write_to(result);
     }
 }
 

@@ -108,7 +108,7 @@ impl GridBuild {
     fn set<'r, 'a>(&self, kernel: ComputePass<'r, 'a>, step: u32, capacity: u64) -> ComputePass<'r, 'a> {
         let [lo, hi] = self.range();
         kernel
-            .set("step", step)
+            .constant("GRID_BUILD_STEP", f64::from(step))
             .set("lo", lo)
             .set("hi", hi)
             .set("size", [self.width, self.height, self.depth])

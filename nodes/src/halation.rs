@@ -2,8 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::downsample;
-use crate::gaussian::Blur;
+use crate::reduced_blur;
 
 static SHADER: Shader = shader!("halation");
 
@@ -39,35 +38,6 @@ const WIDEST: f32 = 4.0;
 /// The blur ends at this many standard deviations.
 const REACH: f32 = 3.0;
 
-impl Halation {
-    /// The image, halved as often as a blur of this many pixels allows.
-    fn reduced(pass: &mut Recorder<'_>, source: ImageId, sigma: f32) -> ImageId {
-        let whole = pass.desc(source).size;
-        let (mut image, mut desc) = (source, ImageDesc::new(whole));
-        while sigma * scale(desc.size.height, whole.height) > WIDEST && desc.size.levels() > 0 {
-            desc = desc.half();
-            let half = pass.transient(format_args!("half {}", desc.size), desc);
-            downsample::halve(pass, image, half);
-            image = half;
-        }
-        image
-    }
-}
-
-/// The scale of a halved side: less than a power of two where an odd number of texels was halved.
-fn scale(side: u32, whole: u32) -> f32 {
-    side as f32 / whole as f32
-}
-
-/// The variance of the blur of a side that is scaled by halvings, in its texels, for a glow of `sigma` pixels. A
-/// halving by `Tap13` has the variance 7/4 in texels of its source, so all of them together have 7/12 (1 - scale^2) in
-/// texels of the result. The tent that enlarges has 2/3 + scale^2 / 12 at the pixels.
-fn variance(sigma: f32, side: u32, whole: u32) -> f64 {
-    let scale = f64::from(side) / f64::from(whole);
-    let filters = if side == whole { 0.0 } else { 1.25 - 0.5 * scale * scale };
-    ((f64::from(sigma) * scale).powi(2) - filters).max(0.0)
-}
-
 impl Node for Halation {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")
@@ -77,13 +47,8 @@ impl Node for Halation {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let sigma = self.radius * desc.size.height as f32;
-        let image = Self::reduced(pass, source, sigma);
-        let small = ImageDesc::new(pass.desc(image).size);
-        let across = pass.transient("across", small);
-        let glow = pass.transient("glow", small);
-        let [width, height] = [(small.size.width, desc.size.width), (small.size.height, desc.size.height)];
-        Blur::of_variance(variance(sigma, width.0, width.1), REACH).along(pass, [1, 0], image, across);
-        Blur::of_variance(variance(sigma, height.0, height.1), REACH).along(pass, [0, 1], across, glow);
+        let halvings = (sigma / WIDEST).log2().ceil().max(0.0) as u32;
+        let glow = reduced_blur::record(pass, source, halvings, sigma, REACH);
         let is_whole = pass.desc(glow).size == desc.size;
         pass.function(&SHADER, if is_whole { "halation_pixel" } else { "halation" })
             .read("source", source)

@@ -1,4 +1,5 @@
 // Luminance in linear Rec.709 with D65 white.
+#import trial
 
 // Luminance weights of ITU-R BT.709 with four digits. Their sum is exactly 1.
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
@@ -16,6 +17,10 @@ fn level_luminance(rgb: vec3f) -> f32 {
 // Scene light in the Rec.709 basis with a luminance of 0 or more: colors outside of Rec.709 have negative components,
 // which become smaller where the luminance would be below 0. Light without negative components stays the same.
 fn extended_light(rgb: vec3f) -> vec3f {
+    if light_is_tried {
+        note_light(min(rgb.r, min(rgb.g, rgb.b)));
+        return rgb;
+    }
     let light = max(rgb, vec3f(0.0));
     let missing = luminance(light - rgb);
     let share = luminance(light) / max(missing, 1e-30);

@@ -1,4 +1,5 @@
 // The functions that read textures. The linker sets both constants for each module.
+#import color
 #import sanitize
 #import math
 
@@ -125,6 +126,13 @@ fn are_limited(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> bool {
     largest = max(largest, sanitize_largest(bitcast<vec4u>(c), TEXEL_SANITIZE));
     largest = max(largest, sanitize_largest(bitcast<vec4u>(d), TEXEL_SANITIZE));
     return largest <= HALF_MAX_BITS;
+}
+
+// `level_luminance` of a texel of which `are_limited` is true: what is limited as a signal or as light has no channel
+// below 0 then.
+fn limited_level(rgb: vec3f) -> f32 {
+    if TEXEL_SANITIZE == 1u || TEXEL_SANITIZE == 3u { return luminance(rgb); }
+    return level_luminance(rgb);
 }
 
 // Four texels at positions inside. All are loaded before the first is examined, so that their latencies overlap.

@@ -185,8 +185,13 @@ fn spread(image: &Picture, at: u32, axis: usize) -> [f64; 2] {
 /// in x and y.
 fn halation_of_a_pixel(size: [u32; 2], at: [u32; 2], sigma: f64) -> [[f64; 2]; 2] {
     let radius = sigma / f64::from(size[1]);
-    let text =
-        format!("\"result\": Halation(source: \"scene\", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: {radius:.7})");
+    let node = format!("Halation(source: \"scene\", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: {radius:.7})");
+    blur_of_a_pixel(&node, size, at, sigma)
+}
+
+/// The same of any node that blurs by that many pixels.
+fn blur_of_a_pixel(node: &str, size: [u32; 2], at: [u32; 2], sigma: f64) -> [[f64; 2]; 2] {
+    let text = format!("\"result\": {node}");
     let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
     let shown = Nodes::new(&text, &[("scene", "Exposed")]).exact(&[&light]);
     [0, 1].map(|axis| {
@@ -221,6 +226,25 @@ fn halation_is_as_wide_as_its_radius_says_on_both_sides_of_a_halving() {
             println!("a sigma of {sigma} at {at:?}: {found:.4?}");
             for [energy, width] in found {
                 assert!((energy - 1.0).abs() < 1e-3 && (width - 1.0).abs() < 0.005, "{sigma} at {at:?}: {width}");
+            }
+        }
+    }
+}
+
+/// The judge is the definition of the width.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_gaussian_of_halved_taps_keeps_energy_and_width() {
+    for size in [[256, 256], [257, 255]] {
+        for (lines, sigma) in [(128, 1.5), (128, 2.0), (64, 2.0), (32, 3.0)] {
+            let node =
+                format!("Gaussian(source: \"scene\", sigma: {sigma:?}, reach: 4.0, lines: {lines}, taps: Halved)");
+            let pixels = sigma * f64::from(size[1]) / f64::from(lines);
+            for at in [[128, 128], [129, 127]] {
+                for [energy, width] in blur_of_a_pixel(&node, size, at, pixels) {
+                    assert!((energy - 1.0).abs() < 1e-3, "{size:?} {lines} {sigma} {at:?}: {energy}");
+                    assert!((width - 1.0).abs() < 0.01, "{size:?} {lines} {sigma} {at:?}: {width} of the sigma");
+                }
             }
         }
     }

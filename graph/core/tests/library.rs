@@ -14,6 +14,7 @@ const INTERNAL: &[&str] = &[
     "texel_sample",
     "is_sample_known",
     "neighbors_share",
+    "note_light",
     "halves_put",
     "halves_take",
     "halves_across",

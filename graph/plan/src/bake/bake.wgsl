@@ -6,6 +6,7 @@
 #import color
 #import noise
 #import sampling
+#import trial
 
 struct Bake {
     levels: vec2f,  // steps between levels, of the upper and the lower three parts
@@ -103,6 +104,14 @@ fn bake_color(at: Point, params: Bake) -> vec4f {
     return vec4f(extended_light(rgb), 1.0);
 }
 
+fn bake_is_outside(lowest: f32) -> bool {
+    if light_is_tried {
+        note_light(lowest);
+        return false;
+    }
+    return lowest < 0.0;
+}
+
 // The color that the table has for a color: between two levels, each filtered between four ratios. A ratio of 1 is the
 // last one of its part, so that the filter takes nothing from the next part, and a gray lies between two grays.
 fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) -> vec4f {
@@ -113,7 +122,7 @@ fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) ->
     let others = select(select(c.gb, c.br, is_green), c.rg, is_blue);
     let largest = select(select(0, 1, is_green), 2, is_blue);
     let ratios = min(others / max(light, 1e-20), vec2f(1.0));
-    let is_outside = min(ratios.x, ratios.y) < 0.0;
+    let is_outside = bake_is_outside(min(ratios.x, ratios.y));
     let levels = select(params.levels.x, params.levels.y, is_outside);
     let steps = select(params.ratios.x, params.ratios.y, is_outside);
     let level = bake_level(light, levels);

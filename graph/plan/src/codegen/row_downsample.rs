@@ -92,7 +92,8 @@ fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Na
         None => plain_walk(writer, rows, names),
         Some(neighbors) => walk_of_neighbors(writer, rows, names, neighbors),
     };
-    let imports = [("neighbors", names.neighbors.is_some()), ("halves", rows.odd != [0; 2])];
+    let imports =
+        [("trial", writer.loads_light()), ("neighbors", names.neighbors.is_some()), ("halves", rows.odd != [0; 2])];
     let imports: String =
         imports.iter().filter(|(_, is_used)| *is_used).map(|(name, _)| format!("#import {name}\n")).collect();
     let above = if high == 1 { "    var above: Square;\n" } else { "" };
@@ -142,7 +143,18 @@ fn places(places: &str, row: &str, indent: &str) -> String {
 fn square(writer: &FunctionWriter<'_, '_>, loads: &str) -> String {
     let texels: Vec<String> = (0..4).map(|place| writer.call_at("run", place)).collect();
     let places = places("at", "row", INDENT);
-    format!("{places}{loads}        let square = Square({});\n", texels.join(", "))
+    let made = format!("Square({});\n", texels.join(", "));
+    if !writer.loads_light() {
+        let sanitized = writer.sanitize_pixels(4, INDENT);
+        return format!("{places}{loads}{sanitized}        let square = {made}");
+    }
+    let (_, repairs) = writer.limits_of_pixels(4, INDENT);
+    let tried = writer.try_light(4, &format!("        square = {made}"), "");
+    format!(
+        "{places}{loads}        var square: Square;\n{tried}        if light_lowest < 0.0 {{
+{repairs}            square = {made}        }}
+"
+    )
 }
 
 const INDENT: &str = "        ";
@@ -175,7 +187,7 @@ fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Nam
     }}
 ",
         late = rows.odd[1],
-        square = square(writer, &writer.load_pixels(4, INDENT)),
+        square = square(writer, &writer.load_raw(4, INDENT)),
         stores = stores_of_squares(rows, names),
     )
 }
@@ -218,7 +230,7 @@ fn walk_of_neighbors(
         loads if loads.is_empty() => loads,
         loads => places("next", row, indent) + &loads,
     };
-    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT) + &writer.sanitize_pixels(4, INDENT);
+    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT);
     format!(
         "    let last = size - 1 + vec2i({wide}, {high});
     let place = neighbors_place(column, last.x, invocation);

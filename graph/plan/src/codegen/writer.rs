@@ -98,7 +98,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// Statements that load pixels at the places `at0` up to `at{count}`, and sanitize those of host images.
     pub(super) fn load_pixels(&self, count: u32, indent: &str) -> String {
-        self.loads(count, &format!("{indent}var host"), "at") + &self.sanitize_pixels(count, indent)
+        self.load_raw(count, indent) + &self.sanitize_pixels(count, indent)
     }
 
     /// Statements that declare variables for the pixels at that many places.
@@ -119,6 +119,11 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         })
     }
 
+    /// Statements that load pixels at the places `at0` up to `at{count}`.
+    pub(super) fn load_raw(&self, count: u32, indent: &str) -> String {
+        self.loads(count, &format!("{indent}var host"), "at")
+    }
+
     /// Loads into variables whose names begin with `variable`, at places whose names begin with `places`.
     fn loads(&self, count: u32, variable: &str, places: &str) -> String {
         self.of_loaded_pixels(count, &|index, place, texture| {
@@ -137,8 +142,36 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         statements
     }
 
+    /// True if some of the pixels that the entry point loads are scene light of the host.
+    pub(super) fn loads_light(&self) -> bool {
+        self.loaded_pixels.iter().any(|pixel| pixel.mode == SampleMode::SanitizedLight)
+    }
+
+    /// Statements that try what `made` makes from pixels of the host at the places `at0` up to `at{count}`, if they
+    /// need no limit, as if no light became less than 0. Where that held, `light_lowest` is 0 for `then`: nearly everywhere.
+    pub(super) fn try_light(&self, count: u32, made: &str, then: &str) -> String {
+        let (largest, _) = self.limits_of_pixels(count, "");
+        format!(
+            "    light_lowest = -1.0;
+    if {largest} <= HALF_MAX_BITS {{
+    light_is_tried = true;
+    light_lowest = 0.0;
+{made}    light_is_tried = false;
+{then}    }}
+"
+        )
+    }
+
     /// Statements that sanitize the pixels of host images that were loaded at the places `at0` up to `at{count}`.
     pub(super) fn sanitize_pixels(&self, count: u32, indent: &str) -> String {
+        match self.limits_of_pixels(count, indent) {
+            (largest, _) if largest.is_empty() => largest,
+            (largest, repairs) => format!("{indent}if {largest} > HALF_MAX_BITS {{\n{repairs}{indent}}}\n"),
+        }
+    }
+
+    /// The largest bits of these pixels, and statements that sanitize them.
+    pub(super) fn limits_of_pixels(&self, count: u32, indent: &str) -> (String, String) {
         let (mut largest, mut repairs) = (String::new(), String::new());
         let pixels = self.loaded_pixels.iter().enumerate().filter(|(_, pixel)| pixel.mode.sanitizes());
         for (index, LoadedPixel { texture, mode }) in pixels {
@@ -150,10 +183,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
                 repairs += &format!("{indent}    {pixel} = {};\n", mode.sanitized(texture, &at, &pixel));
             }
         }
-        if largest.is_empty() {
-            return largest;
-        }
-        format!("{indent}if {largest} > HALF_MAX_BITS {{\n{repairs}{indent}}}\n")
+        (largest, repairs)
     }
 
     /// A call of the [`function`](Self::function) of that name at the place `at{place}`.

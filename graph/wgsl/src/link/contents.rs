@@ -1,7 +1,7 @@
 //! Checks that untrusted files hold functions, constants and types only, and memory of a workgroup where functions have
 //! one.
 
-use super::instance::{Part, Target};
+use super::instance::{Instance, Part, Target};
 use crate::error::{ShaderError, position};
 use crate::module::{Declaration, DeclarationKind};
 use crate::token::TokenKind;
@@ -99,7 +99,8 @@ fn reached<'p>(part: &'p Part<'_>) -> impl Iterator<Item = &'p Declaration> {
     declarations.filter(|(_, reached)| **reached).map(|(declaration, _)| declaration)
 }
 
-/// Reason for which a file of the library is for whole kernels only: a use of it, or of its imports.
+/// Reason for which a file of the library is for whole kernels only: a use of it, or of its imports. Those may have
+/// private variables, which the importing file cannot name.
 fn needs_workgroup(parts: &[Part<'_>], part: &Part<'_>) -> Option<&'static str> {
     if !part.is_framework {
         return None;
@@ -107,7 +108,8 @@ fn needs_workgroup(parts: &[Part<'_>], part: &Part<'_>) -> Option<&'static str> 
     let own = reached(part)
         .find_map(|declaration| variable(part, declaration).or_else(|| name(part, declaration, &SHARED)))
         .map(|(_, why)| why);
-    own.or_else(|| part.imports.iter().find_map(|import| needs_workgroup(parts, &parts[import.index()])))
+    let of_import = |import: &Instance| needs_workgroup(parts, &parts[import.index()]).filter(|why| *why != PRIVATE);
+    own.or_else(|| part.imports.iter().find_map(of_import))
 }
 
 /// The token that a declaration must not have, and why.

@@ -115,8 +115,8 @@ struct Uses<'k> {
     kind: &'k NodeKind,
     params: Vec<bool>,
     inputs: Vec<bool>,
-    /// The recording at the defaults with everything wired, for [`SMALL`] images.
-    default: Option<Recorded>,
+    /// The recording of each size at the defaults with everything wired.
+    defaults: Vec<(Size, Recorded)>,
     is_recorded: bool,
     /// Sentences about images that passes store and nothing reads.
     unread: Violations,
@@ -130,7 +130,7 @@ impl<'k> Uses<'k> {
             kind.outputs().iter().any(|output| matches!(&output.fallback, Fallback::Input(of) if *of == name))
         };
         let inputs = kind.inputs().iter().map(|port| is_fallback(&port.name)).collect();
-        Self { kind, params, inputs, default: None, is_recorded: false, unread: Violations::default() }
+        Self { kind, params, inputs, defaults: Vec::new(), is_recorded: false, unread: Violations::default() }
     }
 
     /// Adds a recording, with the parameter that is at an extreme in it.
@@ -148,9 +148,10 @@ impl<'k> Uses<'k> {
                 }
             }
         }
-        match (param, &self.default) {
-            (Some(param), Some(default)) if size == small() => self.params[param] |= recorded != *default,
-            (None, None) if size == small() => self.default = Some(recorded),
+        let default = self.defaults.iter().find(|(of, _)| *of == size).map(|(_, default)| default);
+        match (param, default) {
+            (Some(param), Some(default)) => self.params[param] |= recorded != *default,
+            (None, None) => self.defaults.push((size, recorded)),
             _ => {}
         }
     }
