@@ -148,7 +148,8 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     }
 
     /// Statements that try what `made` makes from pixels of the host at the places `at0` up to `at{count}`, if they
-    /// need no limit, as if no light became less than 0. Where that held, `light_lowest` is 0 for `then`: nearly everywhere.
+    /// need no limit, as if no light became less than 0. Where that held, `light_lowest` is 0 for `then`: nearly
+    /// everywhere.
     pub(super) fn try_light(&self, count: u32, made: &str, then: &str) -> String {
         let (largest, _) = self.limits_of_pixels(count, "");
         format!(
