@@ -28,9 +28,9 @@ choices! {
         /// where the sampler has 8-bit weights.
         Linear,
         /// In images of twice `lines` or more: one read per texel of the image at a half of its size, or less, so that
-        /// the cost does not grow with the kernel. At a `sigma` of 1.5, 2 and 3 the error is up to 2.8, 1.4 and 0.5 % of
-        /// a light of one pixel, and 0.4, 0.12 and 0.03 % of an edge; below 1.2 the blur is wider. In other images and
-        /// in pyramids as `Linear`.
+        /// the cost does not grow with the kernel. At a `sigma` of 1.5, 2 and 3 the error is up to 2.8, 1.4 and 0.5 %
+        /// of a light of one pixel, and 0.4, 0.12 and 0.03 % of an edge; below 1.2 the blur is wider. In other images
+        /// and in pyramids as `Linear`.
         Halved,
     }
 }
