@@ -2,6 +2,7 @@
 
 pub(crate) mod files;
 mod headings;
+pub(crate) mod lut;
 pub(crate) mod measure;
 pub(crate) mod meter;
 mod options;
@@ -18,6 +19,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use crate::built_in::is_pipeline;
 use files::{ExrArgs, ReadArgs};
 use headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
+use lut::LutArgs;
 use measure::{MeasureArgs, TuneArgs};
 use meter::MeterArgs;
 use stress::StressArgs;
@@ -70,6 +72,8 @@ pub(crate) enum Command {
     Explain(ExplainArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
     Plan(PlanArgs),
+    /// Write what a pipeline does to colors as a look-up table for other programs, with its error
+    Lut(LutArgs),
     /// Describe the node kinds
     Nodes(NodesArgs),
     /// List the built-in pipelines, show one, or write it to a file
