@@ -10,6 +10,7 @@ mod chunks;
 mod environment;
 mod errors;
 mod explain;
+mod films;
 mod folders;
 mod gaps;
 mod hostile;

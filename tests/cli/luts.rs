@@ -16,8 +16,9 @@ const LOOK: &str = r#"Pipeline(
         "mapped": ToneMap(source: "vivid"),
         "display": Encode(source: "mapped", transfer: Srgb),
         "noise": Dither(source: "display", bits: 8),
+        "made": DemoScene(),
     },
-    outputs: { "display": "noise", "light": "vivid", "mask": "mask", "other": "bins.levels" },
+    outputs: { "display": "noise", "light": "vivid", "mask": "mask", "other": "made" },
 )"#;
 
 /// The nodes of the table of [`LOOK`].
@@ -32,11 +33,17 @@ const COLORS: &str = r#"Pipeline(
     outputs: { "display": "display" },
 )"#;
 
+/// The node that reads a table.
+fn node(file: &str, from: &str) -> String {
+    format!("ColorLut(source: \"exposed\", file: \"{file}\", from: {from}, to: Srgb, state: Encoded)")
+}
+
 /// A pipeline of a table alone.
 fn reading(file: &str, from: &str) -> String {
-    let node = format!("ColorLut(source: \"scene\", file: \"{file}\", from: {from}, to: Srgb, state: Encoded)");
+    let node = node(file, from);
     format!(
-        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"look\": {node} }}, outputs: {{ \"display\": \"look\" }})"
+        "Pipeline(inputs: {{ \"scene\": Color }}, outputs: {{ \"display\": \"look\" }}, \
+         nodes: {{ \"exposed\": Exposure(source: \"scene\"), \"look\": {node} }})"
     )
 }
 
@@ -86,6 +93,7 @@ fn a_table_shows_what_its_nodes_show_within_its_error() {
         let error = stated(&run.good());
         assert!(error < 60.0, "{printed}");
         assert!(printed.contains("`exposed`, `vivid`, `mapped`, `display`"), "{printed}");
+        assert!(notes.contains(&node(file, from)), "{notes}");
         assert!(notes.contains("`bins` (Histogram), `meter` (AutoExposure), `glow` (Gaussian)"), "{notes}");
         assert!(!notes.contains("vignette"), "it changes nothing: {notes}");
         folder.with("read.ron", reading(file, from).as_bytes());
@@ -104,7 +112,7 @@ fn a_table_shows_what_its_nodes_show_within_its_error() {
         ("-o a.cube --from LogC3 --output mask", "error: the output `mask` is made from `mask`, which is data"),
         (
             "-o a.cube --from LogC3 --output other",
-            "error: `bins` (Histogram) makes an image of its own, which no table",
+            "error: `made` (DemoScene) makes an image of its own, which no table",
         ),
         ("-o a.cube --from LogC3 --output x", "error: the pipeline has no output `x`"),
         ("-o look.ron/a.cube --from LogC3", "error: look.ron/a.cube: "),

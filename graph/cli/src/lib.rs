@@ -155,6 +155,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
         Command::Explain(args) => explain::run(args),
         Command::Plan(args) => plan::run(args, &known),
         Command::Lut(args) => lut::run(args, tables),
+        Command::New(args) => pipelines::new(&args.file),
         Command::Nodes(args) => nodes::run(args, &known),
         Command::Pipelines(args) => pipelines::run(args, tables),
         Command::Measure(args) => measure::run(args, tables),

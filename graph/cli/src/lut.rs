@@ -29,8 +29,8 @@ pub(crate) fn run(args: &LutArgs, tables: &[&[NodeKind]]) -> Result<(), Failure>
             .hint("`ociobakelut` makes other formats of it")
     })?;
     check_spacing(args)?;
-    let run = ColorRun::before(&graph, args.output.as_deref())?;
     run_files::writes(&args.out)?;
+    let run = ColorRun::before(&graph, args.output.as_deref())?;
     let options = LutOptions {
         from: args.from,
         size: args.size as usize,
@@ -75,8 +75,8 @@ fn report(args: &LutArgs, run: &ColorRun, made: &LutExport) {
     });
     let unit = if made.state == ColorState::Encoded { "codes of 8 bits" } else { "units of its results" };
     say(&format!(
-        "error in {unit}: grays at most {grays}; 99 % of colors at most {most}, 99.9 % at most {nearly_all}; the largest \
-         of {COLORS} is {all}"
+        "error in {unit}: grays at most {grays}; 99 % of colors at most {most}, 99.9 % at most {nearly_all}; the \
+         largest of {COLORS} is {all}"
     ));
     if let Some(to) = made.to {
         let state = match made.state {
@@ -85,7 +85,9 @@ fn report(args: &LutArgs, run: &ColorRun, made: &LutExport) {
         };
         let (name, from) = (args.out.file_name().unwrap_or_default().to_string_lossy(), args.from.name());
         let to = if args.from == to { String::new() } else { format!(", to: {}", to.name()) };
-        note(&format!("in a pipeline: ColorLut(source: \"{}\", file: {name:?}, from: {from}{to}{state})", run.input));
+        // `ColorLut` takes light after an `Exposure`.
+        let source = if run.state() == ColorState::Scene { "exposed" } else { &run.input };
+        note(&format!("in a pipeline: ColorLut(source: {source:?}, file: {name:?}, from: {from}{to}{state})"));
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! On the way from an output back to an input, nodes whose result is a function of one color are in the table. All
 //! others are switched off: readers of their results get their source. The nodes color the entries of the table on the
-//! device, in 32 bits; then the text of the file is read back, and its table is compared with the nodes on other colors.
+//! device, in 32 bits; then the text of the file is read back, and its table is compared with the nodes on other
+//! colors.
 
 use afterimage::offline::Session;
 use afterimage_color::lut::{Interpolation, PngLayout, Table, WrittenFormat, WrittenLut};
@@ -113,6 +114,11 @@ impl ColorRun {
         graph.outputs = vec![wanted.clone()];
         let at_output = graph.colors().at(wanted.source).unwrap_or(ImageColor::of(wanted.state));
         Ok(Self { graph, input: name, output: wanted.name, nodes, colors: [ImageColor::of(state), at_output] })
+    }
+
+    /// The color state of the input.
+    pub fn state(&self) -> ColorState {
+        self.colors[0].state
     }
 
     /// Names and kinds of the nodes that a plan of the whole pipeline runs and the table does not hold.

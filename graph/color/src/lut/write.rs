@@ -86,8 +86,8 @@ fn clf(lut: &WrittenLut) -> String {
     }
     let size = lut.cube.size;
     text += &format!(
-        "  <LUT3D inBitDepth=\"32f\" outBitDepth=\"32f\" interpolation=\"tetrahedral\">\n    <Array dim=\"{size} {size} \
-         {size} 3\">\n"
+        "  <LUT3D inBitDepth=\"32f\" outBitDepth=\"32f\" interpolation=\"tetrahedral\">\n    <Array dim=\"{size} \
+         {size} {size} 3\">\n"
     );
     for index in 0..size.pow(3) {
         let (red, green, blue) = (index / size / size, index / size % size, index % size);
