@@ -28,7 +28,7 @@ pub(crate) struct LutArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(1..=16))]
     pub(crate) shaper: Option<u32>,
     /// The output whose colors the table returns; by default the first encoded one
-    #[arg(help_heading = OUTPUT_FILES, long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME")]
     pub(crate) output: Option<String>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
