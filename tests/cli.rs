@@ -10,6 +10,7 @@ mod chunks;
 mod environment;
 mod errors;
 mod explain;
+mod films;
 mod folders;
 mod gaps;
 mod hostile;
@@ -17,6 +18,7 @@ mod info;
 mod job;
 #[cfg(target_os = "linux")]
 mod limits;
+mod luts;
 mod mend;
 mod meters;
 mod outputs;
@@ -178,7 +180,7 @@ fn save_exact(path: &Path, picture: &Picture) {
 fn help_version_and_nonsense() {
     let folder = Folder::new("help");
     let help = folder.run("--help").good();
-    for command in ["demo", "render", "check", "plan", "nodes", "stress"] {
+    for command in ["demo", "render", "lut", "check", "plan", "nodes", "stress"] {
         assert!(help.contains(command), "{help}");
     }
     assert!(folder.run("--version").good().starts_with("afterimage "));

@@ -1,8 +1,9 @@
 #!/bin/sh
 # Lets OpenEXR, OpenImageIO, libpng, libjpeg-turbo, exiftool and LittleCMS read files of every format and label, those
-# of the library and those of the program. Installs the packages of tests/oracles/requirements.txt into a virtual
-# environment: target/oracles/venv. CI does not run this. It needs Python 3 with venv, and reads with exiftool where that
-# is installed: apt-get install -y python3-venv libimage-exiftool-perl
+# of the library and those of the program; tifffile judges TIFFs, OpenColorIO the tables of `lut`, and ffprobe and PyAV
+# films. Installs the packages of tests/oracles/requirements.txt into a virtual environment: target/oracles/venv. CI does
+# not run this. It needs Python 3 with venv and ffmpeg, and reads with exiftool where that is installed: apt-get install
+# -y python3-venv ffmpeg libimage-exiftool-perl
 set -e
 cd "$(dirname "$0")/.."
 out="$PWD/target/oracles"
@@ -12,4 +13,8 @@ mkdir -p "$out/files"
 AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --test all oracles::
 "$out/venv/bin/python" tests/oracles/read.py "$out/files"
 cargo build --quiet -p afterimage-cli
-exec "$out/venv/bin/python" tests/oracles/written.py "${CARGO_TARGET_DIR:-target}/debug/afterimage" "$out/written"
+program="$(cd "${CARGO_TARGET_DIR:-target}" && pwd)/debug/afterimage"
+"$out/venv/bin/python" tests/oracles/luts.py "$program" "$out/luts"
+"$out/venv/bin/python" tests/oracles/tiffs.py "$program" "$out/tiffs"
+"$out/venv/bin/python" tests/oracles/films.py "$program" "$out/films"
+exec "$out/venv/bin/python" tests/oracles/written.py "$program" "$out/written"

@@ -20,14 +20,16 @@ trap 'rm -rf "$folder"' EXIT
 export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$folder}" PIP_DISABLE_PIP_VERSION_CHECK=1
 
 "${PYTHON:-python3}" -m venv "$folder/build"
-"$folder/build/bin/pip" install --quiet 'maturin>=1.16,<2' numpy mypy
+"$folder/build/bin/pip" install --quiet 'maturin>=1.16,<2' numpy mypy twine
 "$folder/build/bin/mypy" --strict graph/python/python graph/python/examples
-rm -f "$wheels"/afterimage-*.whl
+rm -f "$wheels"/afterimage_post-*.whl
 "$folder/build/bin/maturin" build --manifest-path graph/python/Cargo.toml --locked --profile "${PROFILE:-release}" \
     --out "$wheels"
+# What PyPI would refuse, such as a page that it cannot show.
+"$folder/build/bin/twine" check --strict "$wheels"/afterimage_post-*.whl
 
 "${PYTHON:-python3}" -m venv "$folder/clean"
-"$folder/clean/bin/pip" install --quiet "$wheels"/afterimage-*.whl OpenEXR pypng
+"$folder/clean/bin/pip" install --quiet "$wheels"/afterimage_post-*.whl OpenEXR pypng
 ls -l "$wheels"
 package=$(realpath graph/python)
 cd "$folder"

@@ -66,3 +66,29 @@ fn completions_know_the_commands() {
         assert!(script.contains("--preroll") && script.contains("pipelines"), "{shell}");
     }
 }
+
+/// `new` is the first file of a beginner: it is valid, it renders, and so does each part that is switched off.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_new_pipeline_renders_with_all_that_it_proposes() {
+    let folder = Folder::new("new");
+    save(&folder.file("scene.exr"), &room(32, 18));
+    let run = folder.run("new my.look.ron");
+    assert!(run.err.contains("afterimage render my.look.ron scene.exr -o out.png"), "{}", run.err);
+    assert_eq!(run.good(), "my.look.ron\n");
+    folder.run("check my.look.ron --deny warnings").good();
+    folder.run("render my.look.ron scene.exr -o out.png").good();
+    let text = fs::read_to_string(folder.file("my.look.ron")).expect("it was written");
+    assert!(text.starts_with("// my.look: ") && !text.contains("FILE") && !text.contains("NAME"), "{text}");
+    folder.with("look.cube", b"LUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n");
+    let all = text.replace("// \"", "\"");
+    let all = all.replace("source: \"scene\", stops", "source: \"scene\", meter: \"meter\", stops");
+    let all = all.replace("WhiteBalance(source: \"exposed\"", "WhiteBalance(source: \"lit\"");
+    let all = all.replace("Encode(source: \"mapped\"", "Encode(source: \"look\"");
+    folder.with("all.ron", all.as_bytes());
+    folder.run("check all.ron --deny warnings").good();
+    folder.run("render all.ron scene.exr -o all.png").good();
+    folder.with("my.look.ron", b"mine");
+    folder.run("new my.look.ron").fails_saying(1, &["this file exists, and is not replaced by a new one"]);
+    folder.run("new look.png").fails_saying(1, &["`look.png` is no name of a pipeline"]);
+}

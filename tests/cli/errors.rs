@@ -23,9 +23,9 @@ fn errors_are_reported_with_a_hint() {
             "error: rom.exr: there is no such file\n  hint: check the spelling; names are relative to the folder you are in",
         ),
         (
-            "render {glare} room.exr -o out.gif",
-            "error: `out.gif` ends in none of `.png`, `.jpg` and `.exr`\n  hint: `.png` and `.jpg` take an \
-             encoded output, `.exr` a linear one",
+            "render {glare} room.exr -o out.xyz",
+            "error: `out.xyz` ends in none of `.png`, `.jpg`, `.tif` and `.exr`\n  hint: `.png`, `.jpg` and `.tif` take \
+             an encoded output, `.exr` a linear one",
         ),
         ("render {glare} room.exr -o out.png --depth 12", "error: a PNG has 8 or 16 bits, not 12"),
         (
@@ -59,7 +59,7 @@ fn errors_are_reported_with_a_hint() {
         ),
         (
             "render {glare} notes.txt -o out.png",
-            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR, PNG and JPEG files are read; convert \
+            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR, PNG, JPEG and TIFF files are read; convert \
              it to one of them",
         ),
         (

@@ -16,7 +16,7 @@ fn damaged(what: &str) -> String {
 }
 
 fn unknown(what: &str) -> String {
-    format!("this is {what}\n  hint: EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them")
+    format!("this is {what}\n  hint: EXR, Radiance HDR, PNG, JPEG and TIFF files are read; convert it to one of them")
 }
 
 #[test]
@@ -27,7 +27,7 @@ fn every_broken_image_has_its_words() {
         ("empty.exr", Vec::new(), "the file is empty\n  hint: copy or render it again".into()),
         ("text.exr", b"Please find the render attached.".to_vec(), unknown("not an image that this program knows")),
         ("photo.exr", b"\xff\xd8\xff\xe0\0\x10JFIF\0".to_vec(), SHORT.into()),
-        ("scan.exr", b"II*\0\x08\0\0\0".to_vec(), unknown("a TIFF")),
+        ("scan.exr", b"8BPS\0\x01\0\0".to_vec(), "this is a file of Photoshop\n  hint: export it as a PNG of 16 bits, or convert its flat picture: `magick 'IN.psd[0]' OUT.png`".into()),
         ("magic.exr", cut(&exr(), 4), unknown("not an image that this program knows")),
         ("header.exr", cut(&exr(), 150), SHORT.into()),
         ("pixels.exr", cut(&exr(), 900), SHORT.into()),

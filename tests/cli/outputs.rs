@@ -117,9 +117,9 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
             "error: two files are named for the output `sdr`\n  hint: name one",
         ),
         (
-            "render {hdr} room.exr --output sdr=a.png --output hdr=b.gif",
-            "error: `b.gif` ends in none of `.png`, `.jpg` and `.exr`\n  hint: `.png` and `.jpg` take an \
-             encoded output, `.exr` a linear one",
+            "render {hdr} room.exr --output sdr=a.png --output hdr=b.xyz",
+            "error: `b.xyz` ends in none of `.png`, `.jpg`, `.tif` and `.exr`\n  hint: `.png`, `.jpg` and `.tif` take \
+             an encoded output, `.exr` a linear one",
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output final=b.png",

@@ -118,7 +118,7 @@ enum Use {
 use Use::{Else, Reads, Writes};
 
 /// Lines of the commands that write files, which read all that the command can read; and the files that they read.
-const LINES: [(&str, &str, &[&str]); 7] = [
+const LINES: [(&str, &str, &[&str]); 8] = [
     ("render", "render p.ron shot.#.exr --nodes kinds --allow .", &["shot.2.exr"]),
     (
         "render",
@@ -138,6 +138,7 @@ const LINES: [(&str, &str, &[&str]); 7] = [
     ),
     ("bench", "bench p.ron --size 16x16 --frames 1 --nodes kinds --allow .", &[]),
     ("stress", "stress p.ron --quick --nodes kinds --allow .", &[]),
+    ("lut", "lut p.ron --from Srgb --nodes kinds --allow .", &[]),
 ];
 
 /// All options that name files, by the command and by the names that the program's definition gives them.
@@ -162,6 +163,9 @@ const FILES: &[(&str, &str, Use)] = &[
     ("check", "pipelines", Else),
     ("plan", "pipeline", Else),
     ("plan", "diff", Else),
+    ("lut", "pipeline", Reads("p.ron")),
+    ("lut", "out", Writes("-o LINK.cube")),
+    ("new", "file", Else),
     ("nodes", "repository", Else),
     ("pipelines", "write", Else),
     ("measure", "pipeline", Reads("p.ron")),
@@ -186,7 +190,7 @@ const FILES: &[(&str, &str, Use)] = &[
 const READ_EVERYWHERE: [&str; 2] = ["nodes", "allow"];
 
 /// Options that take any word and name no file.
-const WORDS: [&str; 16] = [
+const WORDS: [&str; 17] = [
     "adapter",
     "case",
     "code",
@@ -203,6 +207,7 @@ const WORDS: [&str; 16] = [
     "shell",
     "tier",
     "input_space",
+    "video",
 ];
 
 /// Arguments of a command that take any word or path.

@@ -179,5 +179,7 @@ fn data_are_written_without_the_layers_of_the_picture() {
         let parts = written.expect("it was written").parts;
         let mut channels = parts.iter().flat_map(|part| &part.channels);
         assert_eq!(channels.any(|channel| channel.name == "Z"), has_depth, "{ty}");
+        let told = folder.run("render same.ron in.exr -o -").err;
+        assert_eq!(told.contains("standard output takes the picture alone"), has_depth, "{told}");
     }
 }

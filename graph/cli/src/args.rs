@@ -2,6 +2,7 @@
 
 pub(crate) mod files;
 mod headings;
+pub(crate) mod lut;
 pub(crate) mod measure;
 pub(crate) mod meter;
 mod options;
@@ -18,6 +19,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use crate::built_in::is_pipeline;
 use files::{ExrArgs, ReadArgs};
 use headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
+use lut::LutArgs;
 use measure::{MeasureArgs, TuneArgs};
 use meter::MeterArgs;
 use stress::StressArgs;
@@ -70,6 +72,10 @@ pub(crate) enum Command {
     Explain(ExplainArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
     Plan(PlanArgs),
+    /// Write what a pipeline does to colors as a look-up table for other programs, with its error
+    Lut(LutArgs),
+    /// Write a new pipeline from a template, to begin with
+    New(NewArgs),
     /// Describe the node kinds
     Nodes(NodesArgs),
     /// List the built-in pipelines, show one, or write it to a file
@@ -99,7 +105,7 @@ pub(crate) struct PipelinesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// EXR, Radiance HDR, PNG or JPEG files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    /// EXR, Radiance HDR, PNG, JPEG or TIFF files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
     /// Read the pixels, too, and print the range of each channel and how many numbers are NaN or infinite
@@ -149,11 +155,12 @@ pub(crate) struct DemoArgs {
 pub(crate) struct RenderArgs {
     /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
-    /// The image for the pipeline's first input: EXR, Radiance HDR, PNG or JPEG; `shot.####.exr` is a sequence,
-    /// `file.exr#layer` a layer. It may stand before the pipeline
+    /// The image for the pipeline's first input: EXR, Radiance HDR, PNG, JPEG or TIFF; `shot.####.exr` is a sequence,
+    /// `file.exr#layer` a layer, `-` standard input, and `.mov`, `.mp4` or `.mkv` a film, whose frames count from 1. It
+    /// may stand before the pipeline
     pub(crate) input: Option<String>,
-    /// The output file: `.png` or `.jpg` for an encoded output, `.exr` for a linear one; `out.####.png` for a
-    /// sequence
+    /// The output file: `.png`, `.tif` or `.jpg` for an encoded output, `.exr` for a linear one; `out.####.png` for a
+    /// sequence; `.mov`, `.mp4` or `.mkv` for a film; `-` for standard output, as PNG or EXR
     #[arg(help_heading = OUTPUT_FILES, short, long, value_name = "FILE")]
     pub(crate) out: Option<String>,
     /// The image for another input: `--input albedo=albedo.exr`; a camera is a JSON file with its matrices, or an
@@ -204,9 +211,9 @@ pub(crate) struct RenderArgs {
     /// picture, before the noise of 8 bits. Meters see all of it
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "X,Y,WxH", value_parser = parse_crop)]
     pub(crate) crop: Option<Crop>,
-    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG; by default the first of them, and 16
-    /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`. Files of a format without that depth
-    /// have their own
+    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 8, 16 or 32 in TIFF, of which 32 are floats of a
+    /// linear output; by default the first of them, and 16 in a PNG of PQ or HLG. It replaces the depth of the
+    /// pipeline's `Dither`. Files of a format without that depth have their own
     #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) depth: Option<u8>,
     /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 16 bits are always rounded
@@ -222,6 +229,10 @@ pub(crate) struct RenderArgs {
     /// Quality of a JPEG, 1 to 100; 92 by default
     #[arg(help_heading = OUTPUT_FILES, long, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,
+    /// The codec of a film, and further options of `ffmpeg`, which writes it: prores, prores4444, h264, hevc (of 10
+    /// bits) or ffv1 (of 16, without loss), such as `--video "hevc -crf 18"`. By default that of the ending
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "CODEC")]
+    pub(crate) video: Option<String>,
     /// Print the time of each stage and of each pass
     #[arg(long)]
     pub(crate) timings: bool,
@@ -361,6 +372,12 @@ pub(crate) enum PlanFormat {
     Json,
     /// A timeline
     Svg,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct NewArgs {
+    /// The file, such as `look.ron`; one that exists is not replaced
+    pub(crate) file: PathBuf,
 }
 
 #[derive(Debug, Args)]

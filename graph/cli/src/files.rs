@@ -1,7 +1,6 @@
 //! Reads pipelines, folders of node kinds, and the files that pipelines name.
 
 use std::cell::Cell;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,7 +9,7 @@ use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{
-    FileError, ImageFormat, Permit, read_permitted, read_permitted_text, read_text, real_path, run_files,
+    FileError, ForeignFormat, ImageFormat, Permit, read_permitted, read_permitted_text, read_text, real_path, run_files,
 };
 use afterimage_pipelines::BuiltIn;
 
@@ -196,13 +195,11 @@ pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
 
 /// True if a file is an image, by its name, also of a format that is not read.
 pub(crate) fn is_image_name(path: &Path) -> bool {
-    const OTHERS: [&str; 5] = ["tif", "tiff", "dpx", "webp", "avif"];
-    let is_other = |ending: &OsStr| OTHERS.contains(&&*ending.to_string_lossy().to_lowercase());
-    ImageFormat::of_name(path).is_some() || path.extension().is_some_and(is_other)
+    ImageFormat::of_name(path).is_some() || ForeignFormat::of_name(path).is_some()
 }
 
 /// Descriptions of files that are no pipelines, by the endings of their names.
-const OTHER_FILES: [(&[&str], &str, &str); 4] = [
+const OTHER_FILES: [(&[&str], &str, &str); 3] = [
     (
         &["cube", "spi1d", "spi3d", "clf", "ctf", "3dl", "csp", "vf", "cdl", "cc", "ccc"],
         "a color file",
@@ -214,16 +211,19 @@ const OTHER_FILES: [(&[&str], &str, &str); 4] = [
         "a pipeline is a text that begins with `Pipeline(`; `afterimage nodes` lists the kinds of its nodes",
     ),
     (&["wgsl"], "a shader", "a folder with a `node.ron` and its shader is a kind: `--nodes FOLDER`"),
-    (&["mp4", "mov", "mkv", "avi", "webm"], "a film", "save its frames as images: `frame.####.png`"),
 ];
 
 /// The error of a file that is something else than a pipeline.
 fn other_file(path: &Path) -> Option<Failure> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
-    let image = ("an image", "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`");
+    const FIRST: &str = "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`";
     let (what, hint) = match OTHER_FILES.iter().find(|(endings, ..)| endings.contains(&ending.as_str())) {
-        Some((_, what, hint)) => (*what, *hint),
-        None => is_image_name(path).then_some(image)?,
+        Some((_, what, hint)) => (*what, (*hint).to_owned()),
+        None => match ForeignFormat::of_name(path) {
+            Some(film) if film.is_film() => (film.what, FIRST.replace("IMAGE", "FILM").replace("out.png", "out.mov")),
+            Some(foreign) => (foreign.what, format!("{FIRST}; {}", foreign.way)),
+            None => ImageFormat::of_name(path).map(|_| ("an image", FIRST.to_owned()))?,
+        },
     };
     Some(Failure::user(format!("`{}` is {what}, not a pipeline", path.display())).hint(hint))
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use afterimage_graph::diagnostic::shown;
 use afterimage_graph::node::NodeKind;
+use afterimage_media::film::is_film;
 use afterimage_media::sequence::Pattern;
 use clap::ArgMatches;
 use clap::parser::ValueSource;
@@ -40,6 +41,10 @@ pub(crate) fn run(args: &JobArgs, matches: &ArgMatches, tables: &[&[NodeKind]]) 
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
     }
     let sequence = sequence(&args.render, tables)?;
+    if let Some(film) = sequence.files.iter().find(|file| is_film(file)) {
+        return Err(Failure::user(format!("`{film}` is a film, which one task writes"))
+            .hint("write numbered images, `out.####.exr`, and make a film of them at the end"));
+    }
     if sequence.frames.is_empty() {
         return Err(Failure::user("a job is a sequence, and this is one image")
             .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
@@ -323,6 +328,7 @@ mod tests {
         ("size", &["12x8"]),
         ("slices", &["4"]),
         ("tier", &["--low"]),
+        ("video", &["hevc -crf 18"]),
         ("window", &["data"]),
     ];
 

@@ -17,6 +17,7 @@ mod files;
 mod frame_ranges;
 mod info;
 mod job;
+mod lut;
 mod measure;
 mod nodes;
 #[cfg(feature = "ocio")]
@@ -134,7 +135,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
     let known = [tables, &[&host]].concat();
     let computes = match &arguments.command {
         Command::Render(_) | Command::Meter(_) | Command::Info(_) | Command::Demo(_) => true,
-        Command::Measure(_) | Command::Tune(_) | Command::Bench(_) | Command::Stress(_) => true,
+        Command::Measure(_) | Command::Tune(_) | Command::Bench(_) | Command::Stress(_) | Command::Lut(_) => true,
         #[cfg(feature = "view")]
         Command::View(_) => true,
         _ => false,
@@ -153,6 +154,8 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
         Command::Check(args) => check::run(args, &known),
         Command::Explain(args) => explain::run(args),
         Command::Plan(args) => plan::run(args, &known),
+        Command::Lut(args) => lut::run(args, tables),
+        Command::New(args) => pipelines::new(&args.file),
         Command::Nodes(args) => nodes::run(args, &known),
         Command::Pipelines(args) => pipelines::run(args, tables),
         Command::Measure(args) => measure::run(args, tables),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
+use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_new;
@@ -35,6 +36,24 @@ pub(crate) fn run(args: &PipelinesArgs, tables: &[&[NodeKind]]) -> Result<(), Fa
             Ok(())
         }
     }
+}
+
+/// The pipeline of `new`.
+const TEMPLATE: &str = include_str!("scaffold/look.ron");
+
+/// Writes a new pipeline from the template, and tells what to do with it.
+pub(crate) fn new(file: &Path) -> Result<(), Failure> {
+    if file.extension().is_none_or(|ending| ending != "ron") {
+        return Err(Failure::user(format!("`{}` is no name of a pipeline", file.display())).hint("it ends in `.ron`"));
+    }
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let path = shown_path(file);
+    write_with_files(file, &TEMPLATE.replace("NAME", &shown(&name)).replace("FILE", &path), &[])?;
+    say(&path);
+    for line in ["check FILE", "render FILE scene.exr -o out.png", "view FILE scene.exr"] {
+        note(&format!("  afterimage {}", line.replace("FILE", &path)));
+    }
+    Ok(())
 }
 
 /// The error for a name that no built-in pipeline has.

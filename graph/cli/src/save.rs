@@ -7,11 +7,15 @@ use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::ColorState;
 use afterimage_media::{
-    Encoding, Image, ImageFile, ImageFormat, Metadata, ReadOptions, Source, write_beside, write_image,
+    Encoding, Image, ImageFile, ImageFormat, Metadata, ReadOptions, Source, left_out, write_beside, write_image,
+    write_standard_output,
 };
 use afterimage_plan::PlanOutput;
 
 use crate::failure::Failure;
+
+/// The name of standard input and standard output.
+pub(crate) const STANDARD: &str = "-";
 
 /// Properties of the files of a target. The output of the pipeline adds its color, and the frame its noise.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +33,7 @@ impl SaveOptions {
             ImageFormat::Exr | ImageFormat::Hdr => Encoding::EXR,
             ImageFormat::Png => Encoding::PNG,
             ImageFormat::Jpeg => Encoding::JPEG,
+            ImageFormat::Tiff => Encoding { format, ..Encoding::PNG },
         };
         Self { encoding, noise: Noise::default() }
     }
@@ -91,6 +96,13 @@ pub(crate) fn save(
     let size = (texels.desc.size.width, texels.desc.size.height);
     let notes = with_samples(texels, |samples| {
         let image = Image { size, samples, meta: meta.as_ref() };
+        if path == Path::new(STANDARD) {
+            let mut notes = write_standard_output(image, &encoding)?;
+            if let Some(Original { source, .. }) = stated.original.as_ref().filter(|_| has_layers) {
+                notes.extend(left_out(source, "standard output takes the picture alone")?);
+            }
+            return Ok(notes);
+        }
         match stated.original.as_ref().filter(|_| has_layers) {
             Some(Original { source, reading }) => write_beside(path, image, &encoding, source, reading),
             None => write_image(path, image, &encoding),

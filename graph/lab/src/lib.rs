@@ -3,6 +3,7 @@
 //! - [`measure`]: time against error, for each tier and each quality switch of a pipeline.
 //! - [`tune`]: the quality switches with the smallest error in a time, or the shortest time within an error.
 //! - [`mod@bench`]: the time of a frame and of its passes, compared with the bandwidth of the device.
+//! - [`lut`]: the color nodes of a pipeline as a table for other programs, with its error.
 //! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
 //!
@@ -20,6 +21,7 @@ pub mod bench;
 mod error;
 mod files;
 mod frame_time;
+pub mod lut;
 pub mod measure;
 pub mod metrics;
 pub mod plot;

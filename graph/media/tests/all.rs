@@ -21,6 +21,7 @@ mod png_layouts;
 mod resample;
 mod sequence;
 mod spaces;
+mod tiff;
 mod watch;
 
 use std::env;

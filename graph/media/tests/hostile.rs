@@ -115,9 +115,10 @@ fn a_file_cut_anywhere_is_an_error() {
     let folder = Folder::new("cut");
     let pixels = numbers_as_bytes();
     let png = encode(((16, 9), Samples::Byte(&pixels)), &Encoding { alpha: Alpha::Keep, ..Encoding::PNG });
+    let tiff = encode(((16, 9), Samples::Byte(&pixels)), &TIFF).unwrap();
     let tiny_hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40 +X 7\n".to_vec();
     let hdr = [tiny_hdr, vec![77; 40 * 7 * 4]].concat();
-    for (file, step) in [(small_exr(), 97), (png.unwrap(), 7), (hdr, 31)] {
+    for (file, step) in [(small_exr(), 97), (png.unwrap(), 7), (hdr, 31), (tiff, 7)] {
         assert!(folder.read(&file).is_ok());
         for length in (0..file.len() - 12).step_by(step) {
             let error = folder.read(&file[..length]).unwrap_err();
@@ -127,6 +128,8 @@ fn a_file_cut_anywhere_is_an_error() {
     }
 }
 
+const TIFF: Encoding = Encoding { format: ImageFormat::Tiff, alpha: Alpha::Keep, ..Encoding::PNG };
+
 fn numbers_as_bytes() -> Vec<u8> {
     (0..16 * 9 * 4).map(|i| (i * 37 % 251) as u8).collect()
 }
@@ -134,16 +137,18 @@ fn numbers_as_bytes() -> Vec<u8> {
 #[test]
 fn a_file_with_any_byte_changed_is_read_or_refused() {
     let folder = Folder::new("changed");
-    let file = small_exr();
-    let mut refused = 0;
-    for at in (4..file.len()).step_by(11) {
-        for value in [0, 0xff, file[at] ^ 0x41] {
-            let mut changed = file.clone();
-            changed[at] = value;
-            refused += usize::from(folder.read(&changed).is_err());
+    let tiff = encode(((16, 9), Samples::Byte(&numbers_as_bytes())), &TIFF).unwrap();
+    for (file, step) in [(small_exr(), 11), (tiff, 3)] {
+        let mut refused = 0;
+        for at in (4..file.len()).step_by(step) {
+            for value in [0, 0xff, file[at] ^ 0x41] {
+                let mut changed = file.clone();
+                changed[at] = value;
+                refused += usize::from(folder.read(&changed).is_err());
+            }
         }
+        assert!(refused > 50, "{refused}");
     }
-    assert!(refused > 50, "{refused}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn numbered_names_are_told_from_names_with_layers_and_percents() {
         ("shot.mxr#Z", false),
         ("shot.hdr#Z", false),
         ("shot.png#Z", false),
-        ("shot.tif#Z", true),
+        ("shot.dpx#Z", true),
         ("shot.##.exr#Z", true),
         ("shot.exr##", true),
         ("day##/shot.png", false),
@@ -178,18 +178,30 @@ fn real_paths_have_no_links_also_of_files_that_are_not_there_yet() {
 #[test]
 fn every_known_signature_is_named() {
     let folder = Folder::new("names-signatures");
-    let table: [(&[u8], &str); 6] = [
-        (b"II*\0....", "this is a TIFF"),
-        (b"MM\0*....", "this is a TIFF"),
+    let table: [(&[u8], &str); 15] = [
         (b"GIF89a", "this is a GIF"),
         (b"SDPX....", "this is a DPX"),
         (b"XPDS....", "this is a DPX"),
+        (b"\0\0\0\x14ftypqt  ", "this is a film"),
+        (b"\0\0\0\x20ftypisom\0\0\x02\0", "this is a film"),
+        (b"\x1a\x45\xdf\xa3\x01\0", "this is a film"),
+        (b"RIFF\0\0\0\0WEBPVP8 ", "this is a WebP"),
+        (b"\xff\x0a....", "this is a JPEG XL"),
+        (b"\0\0\0\x0cJXL \r\n\x87\n", "this is a JPEG XL"),
+        (b"\0\0\0\x1cftypavif\0\0\0\0", "this is an AVIF or HEIF"),
+        (b"\0\0\0\x1cftypheic\0\0\0\0", "this is an AVIF or HEIF"),
+        (b"8BPS\0\x01", "this is a file of Photoshop"),
+        (b"\0\0\0\x18ftypcrx \0\0\0\x01", "this is a raw file of a camera"),
+        (b"FUJIFILMCCD-RAW 0201", "this is a raw file of a camera"),
         (b"II*.", "this is not an image that this program knows"),
     ];
     for (bytes, message) in table {
         let error = folder.read(bytes).unwrap_err();
         assert_eq!((error.kind, error.message.as_str()), (ErrorKind::Unsupported, message));
     }
+    let raw = read(&Source::file(folder.with("shot.raw", b"\x01\x02\x03\x04"))).unwrap_err();
+    assert_eq!(raw.message, "this is a raw file of a camera, by its name");
+    assert!(raw.hint.is_some_and(|way| way.contains("darktable-cli")));
     let source = Source::file(folder.with("short", b"\x89PNG\r\n\x1a"));
     assert_eq!(read(&source).unwrap_err().kind, ErrorKind::Unsupported, "one byte of the signature is missing");
 }

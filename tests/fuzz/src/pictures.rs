@@ -1,6 +1,6 @@
 //! Small images in every form that is read.
 
-use afterimage_media::{Alpha, Encoding, Picture, Pixels, Samples, encode};
+use afterimage_media::{Alpha, Encoding, ImageFormat, Picture, Pixels, Samples, encode};
 use exr::block::UncompressedBlock;
 use exr::block::writer::ChunksWriter;
 use exr::math::{RoundingMode, Vec2};
@@ -27,7 +27,14 @@ pub(crate) fn pictures() -> Vec<Vec<u8>> {
     let scanlines = COMPRESSIONS.map(|compression| exr_of(compression, BlockDescription::ScanLines));
     let tiles = COMPRESSIONS.map(|compression| exr_of(compression, in_tiles()));
     let own = encode(&picture(), &Encoding::EXR).expect("a picture can be encoded");
-    scanlines.into_iter().chain(tiles).chain([own, runs(), flat_radiance()]).chain(pngs()).chain([jpeg()]).collect()
+    scanlines
+        .into_iter()
+        .chain(tiles)
+        .chain([own, runs(), flat_radiance()])
+        .chain(pngs())
+        .chain([jpeg()])
+        .chain(tiffs())
+        .collect()
 }
 
 fn picture() -> Picture {
@@ -38,6 +45,14 @@ fn picture() -> Picture {
 fn jpeg() -> Vec<u8> {
     let codes: Vec<u8> = (0..17 * 11 * 4).map(|i| (i * 37 % 251) as u8).collect();
     encode(((17, 11), Samples::Byte(&codes)), &Encoding::JPEG).expect("a picture can be encoded")
+}
+
+/// A TIFF of codes of each depth, and one of floats.
+fn tiffs() -> impl Iterator<Item = Vec<u8>> {
+    [8, 16, 32].into_iter().map(|bits| {
+        let encoding = Encoding { format: ImageFormat::Tiff, bits, alpha: Alpha::Keep, ..Encoding::PNG };
+        encode(&picture(), &encoding).expect("a picture can be encoded")
+    })
 }
 
 fn in_tiles() -> BlockDescription {

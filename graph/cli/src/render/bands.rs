@@ -100,7 +100,9 @@ pub(super) fn render(
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         let stated = ImageInfo { meta, frame: job.frame.unwrap_or(0), ..ImageInfo::of(&output) };
         let encoding = target.saving.encoding(&stated);
-        let file = (is_large && !encoding.needs_all_rows()).then(|| (file.as_path(), encoding, stated.attributes()));
+        let is_file = target.film.is_none() && !target.is_standard_output();
+        let file = (is_large && is_file && !encoding.needs_all_rows())
+            .then(|| (file.as_path(), encoding, stated.attributes()));
         if file.is_some() && encoding.format == ImageFormat::Exr && is_color(output.state) {
             note_left_out(request, job)?;
         }

@@ -50,6 +50,12 @@ fn size(request: &Request<'_>, job: &Job) -> Option<Size> {
     let Some((name, source)) = job.sources.iter().find(|(name, _)| is_image(name)) else {
         return Some(frames::size(request, std::iter::empty()));
     };
+    if let Some(film) = request.films.get(name) {
+        let scale = request.args.reading.scale.unwrap_or(1.0);
+        let (width, height) = film.size;
+        let [width, height] = [width, height].map(|side| (f64::from(side) * scale).round().max(1.0) as u32);
+        return Some(Size::new(width, height));
+    }
     // A file that cannot be read is reported when it is.
     let description = read_description(source).ok()?;
     let part = description.parts.get(description.picture.map_or(0, |picture| picture.part))?;
@@ -78,7 +84,7 @@ fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u
 /// True if a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
 fn has_channels(channels: &[ChannelDescription], target: &Target) -> bool {
     let encoding = &target.saving.encoding;
-    let samples = match (encoding.format.is_encoded(), encoding.bits) {
+    let samples = match (encoding.has_codes(), encoding.bits) {
         (false, 32) => "float",
         (false, _) => "half",
         (true, 9..) => "16 bits",

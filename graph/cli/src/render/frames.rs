@@ -326,7 +326,7 @@ fn lacking_alpha(input: &InputPicture) -> String {
 fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<String> {
     let is_dropped = |target: &&Target| {
         let Encoding { format, alpha, .. } = target.saving.encoding;
-        format == ImageFormat::Png && alpha == Alpha::Drop
+        format == ImageFormat::Png && alpha == Alpha::Drop && target.film.is_none()
     };
     let target = request.targets.iter().filter(|_| request.args.alpha == AlphaChoice::Auto).find(is_dropped)?;
     let may_be_coverage = |picture: &&InputPicture| {

@@ -1,8 +1,9 @@
 //! The frames that `render` makes, and the files of each.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use afterimage_media::film::{Film, is_film};
 use afterimage_media::sequence::FrameFiles;
 use afterimage_media::{FileError, Source, sequence};
 
@@ -26,20 +27,32 @@ pub(super) struct Job {
     pub(super) missing: Vec<String>,
 }
 
+/// The films of inputs, by the names of the inputs.
+pub(super) type Films = BTreeMap<String, Film>;
+
+/// Opens the films among the files of inputs.
+pub(super) fn films(files: &[(String, String)]) -> Result<Films, Failure> {
+    let films = files.iter().filter(|(_, file)| is_film(file));
+    films.map(|(name, file)| Ok((name.clone(), Film::open(Path::new(file))?))).collect()
+}
+
 /// The files of all frames.
 pub(super) struct NumberedFiles {
     /// The files of all inputs, by their names.
     files: Vec<(String, FrameFiles)>,
     /// The replacement of a missing frame.
     missing: MissingFrames,
+    /// Number of frames of the shortest film.
+    film_frames: Option<u32>,
     /// The frame with which a sequence without files begins, if it is known.
     pub(super) start: Option<u32>,
 }
 
 impl NumberedFiles {
-    pub(super) fn new(files: &[(String, String)], missing: MissingFrames) -> Result<Self, Failure> {
+    pub(super) fn new(files: &[(String, String)], missing: MissingFrames, films: &Films) -> Result<Self, Failure> {
         let of = |(name, file): &(String, String)| Ok((name.clone(), FrameFiles::new(file)?));
-        Ok(Self { files: files.iter().map(of).collect::<Result<_, Failure>>()?, missing, start: None })
+        let film_frames = films.values().map(|film| film.times.frames() as u32).min();
+        Ok(Self { files: files.iter().map(of).collect::<Result<_, Failure>>()?, missing, film_frames, start: None })
     }
 
     /// True if an input has a file.
@@ -78,6 +91,9 @@ impl NumberedFiles {
         if self.files.is_empty() && self.start.is_some_and(|start| frame < start) {
             return None;
         }
+        if self.film_frames.is_some_and(|count| !(1..=count).contains(&frame)) {
+            return None;
+        }
         let (mut sources, mut missing) = (Vec::new(), Vec::new());
         for (name, files) in &self.files {
             let (source, is_there) = match self.missing {
@@ -95,13 +111,18 @@ impl NumberedFiles {
 pub(super) fn with_inputs(
     args: &RenderArgs,
     files: Vec<(String, String)>,
+    films: &Films,
     targets: &[Target],
 ) -> Result<Vec<Job>, Failure> {
     let (mut inputs, mut sources) = (Vec::new(), Vec::new());
     let mut missing: BTreeMap<Option<u32>, Vec<String>> = BTreeMap::new();
     for (name, file) in files {
-        let frames = args.frames.as_deref().filter(|_| sequence::is_numbered(&file));
-        let (input, gaps) = find(&file, frames, args.reading.missing)?;
+        let film = films.get(&name);
+        let frames = args.frames.as_deref().filter(|_| film.is_some() || sequence::is_numbered(&file));
+        let (input, gaps) = match film {
+            Some(film) => (of_film(&file, film, frames)?, BTreeSet::new()),
+            None => find(&file, frames, args.reading.missing)?,
+        };
         tell_missing(&name, &gaps, args.reading.missing);
         if args.frames.is_none() {
             tell_other_numbers(&file);
@@ -115,7 +136,7 @@ pub(super) fn with_inputs(
         return Err(idle_frames());
     }
     let (_, first) = inputs.iter().find(|input| is_numbered(input)).unwrap_or(&inputs[0]);
-    let out = targets.iter().map(|target| first.outputs(&target.file)).collect::<Result<Vec<_>, _>>()?;
+    let out = targets.iter().map(|target| outputs(first, target)).collect::<Result<Vec<_>, Failure>>()?;
     let of_frame = |index: usize| out.iter().map(|files| files[index].clone()).collect();
     let frames = first.sources().into_iter().enumerate();
     let mut jobs = Vec::new();
@@ -125,6 +146,39 @@ pub(super) fn with_inputs(
         jobs.push(Job { sources, frame, out: of_frame(index), is_written: true, missing });
     }
     Ok(jobs)
+}
+
+/// The file of a target in each frame.
+fn outputs(input: &sequence::Input, target: &Target) -> Result<Vec<PathBuf>, Failure> {
+    match (input, &target.film) {
+        (sequence::Input::Sequence(frames), Some(_)) => Ok(vec![target.file.clone().into(); frames.len()]),
+        (sequence::Input::Single(_), Some(_)) => Err(no_frames(&target.file)),
+        (sequence::Input::Sequence(frames), None) if target.is_standard_output() => match frames.len() {
+            1 => Ok(vec![target.file.clone().into()]),
+            _ => Err(Failure::user("standard output takes one image").hint("`--frames 7` renders one of a sequence")),
+        },
+        (input, None) => Ok(input.outputs(&target.file)?),
+    }
+}
+
+fn no_frames(file: &str) -> Failure {
+    Failure::user(format!("`{file}` is a film, which is made of frames, and here is one image"))
+        .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`")
+}
+
+/// The frames of a film, which count from 1.
+fn of_film(file: &str, film: &Film, frames: Option<&str>) -> Result<sequence::Input, Failure> {
+    let count = film.times.frames() as u32;
+    let wanted = frames.map(|text| sequence::parse_frames("--frames", text)).transpose()?;
+    let wanted = wanted.unwrap_or_else(|| (1..=count).collect());
+    if let Some(frame) = wanted.iter().find(|frame| !(1..=count).contains(*frame)) {
+        return Err(Failure::user(format!("`{file}` has no frame {frame}: its frames are 1 to {count}")));
+    }
+    if !wanted.is_sorted() {
+        return Err(Failure::user("`--frames`: a film is read from its beginning to its end")
+            .hint("name its frames in ascending order"));
+    }
+    Ok(sequence::Input::Sequence(wanted.into_iter().map(|frame| (frame, Source::file(file))).collect()))
 }
 
 /// The files of a name, and the frames among them that are missing, for which other files stand.
@@ -174,11 +228,21 @@ fn idle_frames() -> Failure {
 pub(super) fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Failure> {
     let job = |frame, out| Job { sources: Vec::new(), frame, out, is_written: true, missing: Vec::new() };
     let Some(frames) = &args.frames else {
-        let out = targets.iter().map(|target| single(&target.file)).collect::<Result<_, _>>()?;
-        return Ok(vec![job(None, out)]);
+        let out = targets.iter().map(|target| match target.film {
+            Some(_) => Err(no_frames(&target.file)),
+            None => single(&target.file),
+        });
+        return Ok(vec![job(None, out.collect::<Result<_, _>>()?)]);
     };
-    let patterns = targets.iter().map(|target| pattern(&target.file)).collect::<Result<Vec<_>, _>>()?;
-    let of_frame = |frame| patterns.iter().map(|pattern| pattern.at(frame)).collect();
+    let patterns = targets.iter().map(|target| match target.film {
+        Some(_) => Ok(None),
+        None => pattern(&target.file).map(Some),
+    });
+    let patterns = patterns.collect::<Result<Vec<_>, _>>()?;
+    let file = |(target, pattern): (&Target, &Option<sequence::Pattern>), frame| {
+        pattern.as_ref().map_or_else(|| target.file.clone().into(), |pattern| pattern.at(frame))
+    };
+    let of_frame = |frame| targets.iter().zip(&patterns).map(|target| file(target, frame)).collect();
     Ok(sequence::parse_frames("--frames", frames)?.into_iter().map(|frame| job(Some(frame), of_frame(frame))).collect())
 }
 

@@ -83,6 +83,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         keep_going: false,
         skip_existing: false,
         json: None,
+        video: None,
         fps: given.fps,
         size: given.size,
         crop: None,

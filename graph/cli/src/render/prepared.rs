@@ -1,15 +1,19 @@
 //! A run of `render` before there is a device: the pipeline, its files and the plan of a typical frame.
 
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
+use afterimage_media::film::require_ffmpeg;
 use afterimage_media::run_files;
 use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
 use super::metered::{Metered, has_meter, no_meter, unmetered};
 use super::read::check_spaces;
 use super::request::Request;
-use super::target::Target;
+use super::target::{STANDARD, Target};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
@@ -78,11 +82,23 @@ pub(super) fn prepare<'a>(
         prepared.request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
     }
     let request = &mut prepared.request;
+    for target in request.targets.iter().filter(|target| target.film.is_some()) {
+        require_ffmpeg(Path::new(&target.file))?;
+    }
     for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
-        let what = if request.has_camera(name) { "camera" } else { "image" };
+        let what = match request.films.contains_key(name) {
+            true => "film",
+            false if request.has_camera(name) => "camera",
+            false => "image",
+        };
         run_files::reads(&source.path, &format!("the {what} of input `{name}`"));
     }
-    for out in request.jobs.iter().flat_map(|job| &job.out) {
+    let mut outs: Vec<&PathBuf> = request.jobs.iter().flat_map(|job| &job.out).collect();
+    // A film is the file of each of its frames.
+    let of_film = |out: &PathBuf| request.targets.iter().any(|target| target.film.is_some() && *out == *target.file);
+    let mut films = BTreeSet::new();
+    outs.retain(|out| out.as_path() != Path::new(STANDARD) && (!of_film(out) || films.insert(*out)));
+    for out in outs {
         if args.skip_existing { run_files::claims(out)? } else { run_files::writes(out)? }
     }
     args.json.iter().try_for_each(|out| run_files::writes(out))?;

@@ -1,17 +1,19 @@
 //! The first stage of `render`: images are read.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use afterimage_graph::image::{ColorState, ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_media::{ErrorKind, Picture, Pixels, ReadOptions, Source, read_within};
+use afterimage_media::film::{Film, FilmReader};
+use afterimage_media::{ErrorKind, FileError, Picture, Pixels, ReadOptions, Source, read_standard_input, read_within};
 
 use super::jobs::Job;
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
+use super::target::STANDARD;
 use crate::args::files::{MissingFrames, OtherSize};
 use crate::cameras::CameraFile;
 use crate::failure::Failure;
@@ -56,15 +58,18 @@ type Cameras = BTreeMap<String, CameraFile>;
 /// The size of the first image of each input.
 type Sizes = BTreeMap<String, (u32, u32)>;
 
+/// The decoders of films, by the names of inputs.
+type Decoders = BTreeMap<String, FilmReader>;
+
 /// Reads the images of all jobs; returns the time that it takes.
 pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
     let mut cameras = Cameras::new();
-    let mut sizes = Sizes::new();
+    let (mut sizes, mut decoders) = (Sizes::new(), Decoders::new());
     for (index, job) in request.jobs.iter().enumerate() {
         let start = Instant::now();
         let begun = if index == 0 { read_cameras_before(request, &mut cameras) } else { Ok(()) };
-        let inputs = begun.and_then(|()| read_job(request, job, &mut cameras, &mut sizes));
+        let inputs = begun.and_then(|()| read_job(request, job, &mut cameras, &mut sizes, &mut decoders));
         busy += start.elapsed();
         let failed = inputs.is_err() && !request.args.keep_going;
         // A receiver that is gone has failed and reports the error.
@@ -85,7 +90,13 @@ fn read_cameras_before(request: &Request<'_>, cameras: &mut Cameras) -> Result<(
     Ok(())
 }
 
-fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras, sizes: &mut Sizes) -> Read {
+fn read_job(
+    request: &Request<'_>,
+    job: &Job,
+    before: &mut Cameras,
+    sizes: &mut Sizes,
+    decoders: &mut Decoders,
+) -> Read {
     if request.is_cut(job) {
         before.clear();
     }
@@ -95,7 +106,11 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras, sizes: &mut 
             inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
         } else {
             let is_missing = job.missing.contains(name);
-            inputs.pictures.push(read_input(request, name, source, is_missing, sizes)?);
+            let (read, streamed) = match request.films.get(name) {
+                Some(film) => (read_frame(request, name, film, job, decoders), None),
+                None => read_file(request, name, source),
+            };
+            inputs.pictures.push(input_picture(request, (name, source), read, streamed, is_missing, sizes)?);
         }
     }
     Ok(inputs)
@@ -109,23 +124,50 @@ fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<Bloc
     Ok(data.expect("both files have finite matrices with inverses"))
 }
 
-fn read_input(
+/// The frame of a film.
+fn read_frame(
+    request: &Request<'_>,
+    name: &str,
+    film: &Film,
+    job: &Job,
+    decoders: &mut Decoders,
+) -> Result<Picture, FileError> {
+    if !decoders.contains_key(name) {
+        decoders.insert(name.to_owned(), FilmReader::new(film, &read_options(request, name))?);
+    }
+    let decoder = decoders.get_mut(name).expect("it is there");
+    decoder.frame(job.frame.unwrap_or(1).saturating_sub(1) as usize)
+}
+
+/// A file, or its first row if it does not fit into memory and is read in bands.
+fn read_file(
     request: &Request<'_>,
     name: &str,
     source: &Source,
-    is_missing: bool,
-    sizes: &mut Sizes,
-) -> Result<InputPicture, Failure> {
-    let input = request.inputs.iter().find(|input| input.name == name);
+) -> (Result<Picture, FileError>, Option<(Source, ReadOptions)>) {
     let options = read_options(request, name);
-    let (read, streamed) = match read_within(source, options) {
+    if source.path.as_path() == Path::new(STANDARD) {
+        return (read_standard_input(options), None);
+    }
+    match read_within(source, options) {
         Err(error) if error.kind == ErrorKind::TooLarge && can_stream(request, name) => {
             // Of other formats, and of an EXR file that is refused for another reason, the error is the same again.
             let read = read_within(source, ReadOptions { rows: Some([0, 1]), ..options });
             (read, Some((source.clone(), options)))
         }
         read => (read, None),
-    };
+    }
+}
+
+fn input_picture(
+    request: &Request<'_>,
+    (name, source): (&str, &Source),
+    read: Result<Picture, FileError>,
+    streamed: Option<(Source, ReadOptions)>,
+    is_missing: bool,
+    sizes: &mut Sizes,
+) -> Result<InputPicture, Failure> {
+    let input = request.inputs.iter().find(|input| input.name == name);
     let mut picture = read.map_err(|error| {
         let is_pipeline = source.path.is_file() && source.path.extension().is_some_and(|ending| ending == "ron");
         match is_pipeline {

@@ -7,10 +7,11 @@ use afterimage_gpu::{FrameKind, FrameStep};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
+use afterimage_media::film::{Sound, Timeline};
 use afterimage_media::sequence;
 use afterimage_nodes::DemoScene;
 
-use super::jobs::{Job, NumberedFiles, with_inputs, without_inputs};
+use super::jobs::{Films, Job, NumberedFiles, films, with_inputs, without_inputs};
 use super::metered::{Metered, MeteredFrame};
 use super::target::Target;
 use crate::args::RenderArgs;
@@ -34,6 +35,8 @@ pub(super) struct Request<'a> {
     pub(super) earlier: Option<u32>,
     /// The measurements of the frames before the first one that is rendered.
     pub(super) measured: Vec<MeteredFrame>,
+    /// The films among the images of inputs.
+    pub(super) films: Films,
     /// The files of all frames.
     files: NumberedFiles,
     /// The frames that are left out because their files exist.
@@ -64,16 +67,20 @@ impl<'a> Request<'a> {
         if args.size.is_some() && files.iter().any(gives_size) {
             return Err(idle_size());
         }
-        let numbered = NumberedFiles::new(&files, args.reading.missing)?;
-        let mut jobs =
-            if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
+        let films = films(&files)?;
+        note_bits(&films, &targets);
+        let numbered = NumberedFiles::new(&files, args.reading.missing, &films)?;
+        let mut jobs = match files.is_empty() {
+            true => without_inputs(args, &targets),
+            false => with_inputs(args, files, &films, &targets),
+        }?;
         let cuts = cuts(args, &jobs, &numbered)?;
         check_is_sequence(args, &jobs)?;
         let step = frame_step(&jobs);
         let earlier = numbered.roll_back(&mut jobs, args.preroll, step, &cuts);
         let (inputs, scene) = (graph.inputs.clone(), scene(graph));
         let (measured, skipped, files) = (Vec::new(), Vec::new(), numbered);
-        Ok(Self { args, targets, jobs, cuts, inputs, earlier, measured, files, skipped, scene })
+        Ok(Self { args, targets, jobs, cuts, inputs, earlier, measured, films, files, skipped, scene })
     }
 
     /// Begins with the state that follows from what was measured in the frames before, and renders so many of them at
@@ -101,9 +108,43 @@ impl<'a> Request<'a> {
     /// The position of a frame in time after the frame `last`. It begins anew if it is a cut, or if `begins_shot`.
     pub(super) fn step(&self, frame: u32, last: Option<u32>, begins_shot: bool) -> FrameStep {
         let fps = self.args.fps;
-        let dt = last.map_or(0.0, |before| frame.saturating_sub(before) as f32 / fps);
-        let time = f64::from(frame) / f64::from(fps);
+        let (time, dt) = match self.films.values().next() {
+            Some(film) => {
+                let seconds = |frame: u32| film.times.seconds(frame.saturating_sub(1) as usize);
+                (seconds(frame), last.map_or(0.0, |before| (seconds(frame) - seconds(before)).max(0.0) as f32))
+            }
+            None => {
+                let dt = last.map_or(0.0, |before| frame.saturating_sub(before) as f32 / fps);
+                (f64::from(frame) / f64::from(fps), dt)
+            }
+        };
         FrameStep { time, dt, kind: FrameKind::cut_if(begins_shot || self.cuts.contains(&frame)) }
+    }
+
+    /// The numbers of the frames that are written.
+    fn written(&self) -> impl Iterator<Item = u32> {
+        self.jobs.iter().filter(|job| job.is_written).filter_map(|job| job.frame)
+    }
+
+    /// The times of the frames of a film that is written, and the film whose sound it has.
+    pub(super) fn timeline(&self) -> (Timeline, Option<Sound>) {
+        let index = |frame: u32| frame.saturating_sub(1) as usize;
+        let (first, last) = (self.written().next().unwrap_or(1), self.written().last().unwrap_or(1));
+        match self.films.values().next() {
+            Some(film) => {
+                let sound = Sound::of(film, index(first), index(last));
+                (film.times.of_frames(self.written().map(index)), Some(sound))
+            }
+            None => {
+                let all = Timeline::of_rate(self.args.fps.into(), (last - first) as usize + 1);
+                (all.of_frames(self.written().map(|frame| (frame - first) as usize)), None)
+            }
+        }
+    }
+
+    /// The index of a job among those that are written.
+    pub(super) fn index_in_film(&self, index: usize) -> usize {
+        self.jobs[..index].iter().filter(|job| job.is_written).count()
     }
 
     /// The number of the frame of a job, from which noise is made.
@@ -168,9 +209,7 @@ impl<'a> Request<'a> {
     pub(super) fn prepare(&mut self, mut graph: Graph) -> Graph {
         graph.outputs.retain(|output| self.targets.iter().any(|target| target.output == output.name));
         let mut files = Vec::new();
-        for Target { output, saving, .. } in
-            self.targets.iter().filter(|target| target.saving.encoding.format.is_encoded())
-        {
+        for Target { output, saving, .. } in self.targets.iter().filter(|target| target.saving.encoding.has_codes()) {
             let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
             files.extend(source.map(|source| EncodedFile { source, bits: saving.encoding.bits }));
         }
@@ -181,6 +220,20 @@ impl<'a> Request<'a> {
         self.targets.iter_mut().for_each(|target| target.saving.noise = unquantized.noise);
         unquantized.notes.iter().for_each(|text| note(&format!("note: {text}")));
         unquantized.graph
+    }
+}
+
+/// Tells that a film has more bits than the one that is made of it.
+fn note_bits(films: &Films, targets: &[Target]) {
+    let made = targets.iter().filter_map(|target| Some((&target.file, target.film.as_ref()?.preset)));
+    for (file, preset) in made {
+        if let Some((name, film)) = films.iter().find(|(_, film)| film.bits > preset.bits) {
+            let (bits, from) = (preset.bits, film.bits);
+            note(&format!(
+                "note: the film of input `{name}` has {from} bits, and `{file}` has the {bits} of {}",
+                preset.name
+            ));
+        }
     }
 }
 

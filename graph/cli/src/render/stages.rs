@@ -40,6 +40,8 @@ pub(super) fn run(
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
+    // The frames of a film are written in order.
+    let writers = if request.targets.iter().any(|target| target.film.is_some()) { 1 } else { writers };
     let meters = meters(&graph);
     let written = &Written::default();
     let before = cache.as_deref_mut().and_then(Option::take);

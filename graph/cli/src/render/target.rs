@@ -6,10 +6,12 @@ use afterimage_graph::check::{Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::image::ColorState;
-use afterimage_media::{Alpha, Encoding, ImageFormat};
+use afterimage_media::film::{Preset, is_film};
+use afterimage_media::{Alpha, Encoding, ForeignFormat, ImageFormat};
 
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
+pub(super) use crate::save::STANDARD;
 use crate::save::{SaveOptions, is_color};
 
 /// A file, or the files of a sequence, and the output that it takes.
@@ -20,6 +22,21 @@ pub(super) struct Target {
     pub(super) file: String,
     /// Properties of the file.
     pub(super) saving: SaveOptions,
+    /// The film that the file is, if it is one.
+    pub(super) film: Option<FilmTarget>,
+}
+
+/// How a film is encoded.
+pub(super) struct FilmTarget {
+    pub(super) preset: Preset,
+    /// Further options of `ffmpeg`.
+    pub(super) more: Vec<String>,
+}
+
+impl Target {
+    pub(super) fn is_standard_output(&self) -> bool {
+        self.file == STANDARD
+    }
 }
 
 /// The files of `-o FILE`, `-o FILE --output NAME` and `--output NAME=FILE`.
@@ -43,6 +60,12 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
     different(&all)?;
     let targets: Vec<Target> =
         all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect::<Result<_, _>>()?;
+    if args.video.is_some() && !targets.iter().any(|target| target.film.is_some()) {
+        return Err(Failure::user("`--video` is for films, and none is written").hint("name one: `-o out.mov`"));
+    }
+    if args.openjd && targets.iter().any(Target::is_standard_output) {
+        return Err(Failure::user("`--openjd` prints to standard output, and so does `-o -`").hint("name a file"));
+    }
     if let Some(depth) = args.depth {
         check_depth(depth, &targets)?;
     }
@@ -75,8 +98,15 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 }
 
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
-    let format = written_format(&file).ok_or_else(|| unknown_format(&file))?;
-    let output = choose_output(graph, output, format.is_encoded())?;
+    if is_film(&file) {
+        return film(args, graph, output, file);
+    }
+    let format = match file == STANDARD {
+        true => standard_format(graph, output)?,
+        false => written_format(&file).ok_or_else(|| unknown_format(&file))?,
+    };
+    let has_codes = format.is_encoded() && !(format == ImageFormat::Tiff && args.depth == Some(32));
+    let output = choose_output(graph, output, has_codes)?;
     let space = args.exr.output_space.filter(|_| is_color(output.state));
     if format == ImageFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
         return Err(no_light(output));
@@ -99,7 +129,48 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
         primaries: space.map(|space| space.primaries),
         ..saving.encoding
     };
-    Ok(Target { output: output.name.clone(), file, saving })
+    Ok(Target { output: output.name.clone(), file, saving, film: None })
+}
+
+/// The format of standard output: PNG for an encoded output, EXR for another one.
+fn standard_format(graph: &Graph, output: Option<&str>) -> Result<ImageFormat, Failure> {
+    let is_encoded = match output {
+        Some(name) => graph.outputs.iter().any(|known| known.name == name && known.state == ColorState::Encoded),
+        None => graph.outputs.first().is_some_and(|first| first.state == ColorState::Encoded),
+    };
+    Ok(if is_encoded { ImageFormat::Png } else { ImageFormat::Exr })
+}
+
+/// A film of an encoded output.
+fn film(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
+    if args.skip_existing {
+        return Err(Failure::user(format!("`--skip-existing` is for numbered images, and `{file}` is one film"))
+            .hint("`--frames` renders a part of a film to a film of its own"));
+    }
+    let output = choose_output(graph, output, true)?;
+    let color = graph.colors().at(output.source);
+    let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
+    let mut words = args.video.iter().flat_map(|text| text.split_whitespace()).map(str::to_owned).peekable();
+    let path = Path::new(&file);
+    let preset = match words.next_if(|word| !word.starts_with('-')) {
+        Some(name) => Preset::named(&name).ok_or_else(|| {
+            let known = Preset::ALL.map(|preset| preset.name);
+            Failure::user(format!("`--video {name}` is no codec here")).hint(format!("there are {}", known.join(", ")))
+        })?,
+        None => Preset::of_file(path, is_hdr).ok_or_else(|| {
+            Failure::user(format!("no codec here writes `{file}`")).hint("films are written as .mov, .mp4 and .mkv")
+        })?,
+    };
+    if !preset.suits(path) {
+        let endings = preset.endings().join(", .");
+        return Err(
+            Failure::user(format!("{} is no codec of `{file}`", preset.name)).hint(format!("its files are .{endings}"))
+        );
+    }
+    let mut saving = SaveOptions::plain(ImageFormat::Png);
+    saving.encoding = Encoding { bits: 16, dither: None, alpha: Alpha::Drop, ..saving.encoding };
+    let film = Some(FilmTarget { preset, more: words.collect() });
+    Ok(Target { output: output.name.clone(), file, saving, film })
 }
 
 fn no_light(output: &GraphOutput) -> Failure {
@@ -155,6 +226,12 @@ fn unknown_format(name: &str) -> Failure {
     if Path::new(name).is_dir() {
         return Failure::user(format!("`{name}` is a folder")).hint("name the file: `folder/out.png`");
     }
+    if let Some(ForeignFormat { what, .. }) = ForeignFormat::of_name(name) {
+        return Failure::user(format!("`{name}` would be {what}, which is not written")).hint(format!(
+            "write `out.exr` for light or `out.png` with `--depth 16` for codes, and convert it: `oiiotool out.exr -o \
+             {name}`"
+        ));
+    }
     let (encoded, linear) = (written_endings(true), written_endings(false));
     let quoted = |endings: &[String]| list(endings.iter().map(String::as_str), usize::MAX);
     Failure::user(format!("`{name}` ends in none of {}", quoted(&[&*encoded, &*linear].concat()))).hint(format!(
@@ -185,14 +262,19 @@ fn written_format(name: &str) -> Option<ImageFormat> {
 /// The bits of a channel: those of `--depth` if the format has them. PQ and HLG need more than eight.
 fn bits(format: ImageFormat, depth: Option<u8>, is_hdr: bool) -> u32 {
     let known = format.depths();
-    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
+    let default = if is_hdr && known.contains(&16) { 16 } else { known[0] };
     depth.map(u32::from).filter(|bits| known.contains(bits)).unwrap_or(default)
 }
 
 /// Refuses a depth that no file can have.
 fn check_depth(depth: u8, targets: &[Target]) -> Result<(), Failure> {
-    let is_used = targets.iter().any(|target| target.saving.encoding.bits == u32::from(depth));
+    let is_used = targets.iter().any(|target| target.film.is_none() && target.saving.encoding.bits == u32::from(depth));
     let Some(first) = targets.first().filter(|_| !is_used) else { return Ok(()) };
+    if let Some(film) = &first.film {
+        let FilmTarget { preset, .. } = film;
+        return Err(Failure::user(format!("a film of {} has {} bits", preset.name, preset.bits))
+            .hint("leave `--depth` out, or choose another codec: `--video ffv1`"));
+    }
     let format = first.saving.encoding.format;
     let known: Vec<String> = format.depths().iter().map(u32::to_string).collect();
     let article = if format == ImageFormat::Exr { "an" } else { "a" };

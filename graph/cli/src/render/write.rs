@@ -1,17 +1,22 @@
 //! The last stage of `render`: images are written.
 
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::Texels;
+use afterimage_graph::color::Colorimetry;
 use afterimage_media::Metadata;
+use afterimage_media::film::FilmWriter;
 use afterimage_plan::PlanOutput;
 
 use super::jobs::Job;
 use super::read::read_options;
 use super::request::{Request, is_picture};
+use super::target::{FilmTarget, STANDARD};
 use crate::args::files::MissingFrames;
 use crate::failure::Failure;
 use crate::progress::Bar;
@@ -67,6 +72,9 @@ impl Queue {
 pub(super) fn original(request: &Request<'_>, job: &Job) -> Option<Original> {
     let is_image = |name: &str| request.inputs.iter().any(|input| input.name == name && is_picture(input));
     let (name, source) = job.sources.iter().find(|(name, _)| is_image(name))?;
+    if request.films.contains_key(name) || source.path.as_path() == Path::new(STANDARD) {
+        return None;
+    }
     let is_black = request.args.reading.missing == MissingFrames::Black && job.missing.contains(name);
     let original = || Original { source: source.clone(), reading: read_options(request, name) };
     (!request.args.exr.drop_layers && !is_black).then(original)
@@ -80,6 +88,7 @@ pub(super) fn write_all(
     bar: &Bar,
 ) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
+    let mut films = OpenFilms::default();
     while let Some(rendered) = queue.next() {
         let start = Instant::now();
         let path = &request.jobs[rendered.index].out[rendered.target];
@@ -87,7 +96,14 @@ pub(super) fn write_all(
         let original = original(request, &request.jobs[rendered.index]);
         let stated = ImageInfo { meta: rendered.meta, frame, original, ..ImageInfo::of(&rendered.output) };
         let saving = &request.targets[rendered.target].saving;
-        let saved = rendered.texels.map_or(Ok(Vec::new()), |texels| save(path, &texels, &stated, saving));
+        let saved = match (&request.targets[rendered.target].film, rendered.texels) {
+            (_, None) => Ok(Vec::new()),
+            (Some(film), Some(texels)) => {
+                let colors = &stated.colorimetry;
+                films.write(request, path, film, (colors, rendered.index), &texels).map(|()| Vec::new())
+            }
+            (None, Some(texels)) => save(path, &texels, &stated, saving),
+        };
         let saved = saved.map(|notes| queue.print_notes(&notes));
         let error = saved.as_ref().err().map(Failure::message);
         written.lock().expect("no writer panics with the lock").push((rendered.index, error));
@@ -104,5 +120,45 @@ pub(super) fn write_all(
             bar.advance(&format!("frame {frame}"));
         }
     }
-    Ok(busy)
+    let start = Instant::now();
+    films.finish(request)?;
+    Ok(busy + start.elapsed())
+}
+
+/// The films that are written, by their files.
+#[derive(Default)]
+struct OpenFilms(BTreeMap<PathBuf, (FilmWriter, usize)>);
+
+impl OpenFilms {
+    /// Writes a frame of a film; the first one begins it.
+    fn write(
+        &mut self,
+        request: &Request<'_>,
+        path: &Path,
+        FilmTarget { preset, more }: &FilmTarget,
+        (colors, index): (&Colorimetry, usize),
+        texels: &Texels,
+    ) -> Result<(), Failure> {
+        if !self.0.contains_key(path) {
+            let size = (texels.desc.size.width, texels.desc.size.height);
+            let (times, sound) = request.timeline();
+            let film = FilmWriter::create(path, size, colors, (*preset, more), times, sound.as_ref())?;
+            self.0.insert(path.to_owned(), (film, 0));
+        }
+        let (film, count) = self.0.get_mut(path).expect("it is open");
+        film.write(request.index_in_film(index), &texels.to_floats())?;
+        *count += 1;
+        Ok(())
+    }
+
+    /// Ends the films that have all frames; others leave nothing.
+    fn finish(self, request: &Request<'_>) -> Result<(), Failure> {
+        let all = request.jobs.iter().filter(|job| job.is_written).count();
+        for (film, count) in self.0.into_values() {
+            if count == all || request.args.keep_going {
+                film.finish()?;
+            }
+        }
+        Ok(())
+    }
 }

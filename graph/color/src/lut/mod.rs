@@ -5,6 +5,7 @@ mod cube;
 mod picture;
 mod table_image;
 pub(crate) mod text;
+mod write;
 pub(crate) mod xml;
 
 use afterimage_graph::prelude::*;
@@ -14,6 +15,7 @@ pub use cdl_file::{ColorCorrection, parse_correction};
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
 pub use table_image::TableImage;
+pub use write::{WrittenFormat, WrittenLut};
 
 /// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
 pub(crate) const ROW: usize = 4096;

@@ -72,11 +72,20 @@ impl Encoding {
         ..Self::PNG
     };
 
+    /// Returns whether the file holds codes of a transfer function; otherwise it holds linear color or data in floats.
+    pub fn has_codes(&self) -> bool {
+        self.format.is_encoded() && !(self.format == ImageFormat::Tiff && self.bits == 32)
+    }
+
     /// Returns whether the first bytes of the file depend on all pixels: an HDR PNG states its content light level, and
     /// [`Alpha::WhereNeeded`] is decided by all of them.
     pub fn needs_all_rows(&self) -> bool {
-        let is_png = self.format == ImageFormat::Png;
-        is_png && (self.alpha == Alpha::WhereNeeded || self.color.is_some_and(|color| color.is_hdr()))
+        let is_hdr = self.color.is_some_and(|color| color.is_hdr());
+        match self.format {
+            ImageFormat::Png => self.alpha == Alpha::WhereNeeded || is_hdr,
+            ImageFormat::Tiff => self.alpha == Alpha::WhereNeeded,
+            ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Jpeg => false,
+        }
     }
 
     /// Rows that are compressed together.

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read as _, Seek};
 use std::path::Path;
 
-use crate::codec::{CodecError, ErrorKind};
+use crate::codec::{CodecError, ErrorKind, ForeignFormat};
 
 /// Declares an enum with an array of its values.
 macro_rules! listed {
@@ -31,6 +31,8 @@ listed! {
         Png,
         /// JPEG: codes of a transfer function.
         Jpeg,
+        /// TIFF: codes of a transfer function, or linear color in floats.
+        Tiff,
     }
 }
 
@@ -42,6 +44,7 @@ impl ImageFormat {
             Self::Hdr => &["hdr"],
             Self::Png => &["png"],
             Self::Jpeg => &["jpg", "jpeg"],
+            Self::Tiff => &["tif", "tiff"],
         }
     }
 
@@ -52,6 +55,7 @@ impl ImageFormat {
             Self::Hdr => &[b"#?RADIANCE", b"#?RGBE"],
             Self::Png => &[b"\x89PNG\r\n\x1a\n"],
             Self::Jpeg => &[b"\xff\xd8\xff"],
+            Self::Tiff => &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
         }
     }
 
@@ -62,24 +66,28 @@ impl ImageFormat {
             Self::Hdr => "Radiance HDR",
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
+            Self::Tiff => "TIFF",
         }
     }
 
-    /// The bits of a channel that can be written, in codes or, for EXR, in floats; none for a format that is read only.
+    /// The bits of a channel that can be written, in codes or, for EXR and the 32 of TIFF, in floats; none for a format
+    /// that is read only.
     pub fn depths(self) -> &'static [u32] {
         match self {
             Self::Exr => &[16, 32],
             Self::Hdr => &[],
             Self::Png => &[8, 16],
             Self::Jpeg => &[8],
+            Self::Tiff => &[8, 16, 32],
         }
     }
 
-    /// Returns whether files hold codes of a transfer function; otherwise they hold linear color.
+    /// Returns whether files hold codes of a transfer function, of a TIFF those without floats; otherwise they hold
+    /// linear color.
     pub fn is_encoded(self) -> bool {
         match self {
             Self::Exr | Self::Hdr => false,
-            Self::Png | Self::Jpeg => true,
+            Self::Png | Self::Jpeg | Self::Tiff => true,
         }
     }
 
@@ -112,11 +120,25 @@ fn first_bytes(reader: &mut (impl BufRead + Seek)) -> std::io::Result<Vec<u8>> {
 }
 
 fn unknown_format(start: &[u8]) -> CodecError {
-    const KNOWN: [(&[u8], &str); 5] =
-        [(b"II*\0", "a TIFF"), (b"MM\0*", "a TIFF"), (b"GIF8", "a GIF"), (b"SDPX", "a DPX"), (b"XPDS", "a DPX")];
-    let found = KNOWN.iter().find(|(magic, _)| start.starts_with(magic));
-    let what = found.map_or("not an image that this program knows", |(_, name)| name);
+    if let Some(ForeignFormat { what, way, .. }) = ForeignFormat::of_content(start) {
+        return CodecError::new(ErrorKind::Unsupported, format!("this is {what}")).hint(way);
+    }
     let [others @ .., last] = ImageFormat::ALL.map(ImageFormat::name);
-    CodecError::new(ErrorKind::Unsupported, format!("this is {what}"))
+    CodecError::new(ErrorKind::Unsupported, UNKNOWN)
         .hint(format!("{} and {last} files are read; convert it to one of them", others.join(", ")))
+}
+
+/// The error of contents that nobody knows.
+const UNKNOWN: &str = "this is not an image that this program knows";
+
+impl CodecError {
+    /// The error of a file with a name. Some formats have no signature, and then the name says what a file may be.
+    pub(crate) fn of_name(self, path: &Path) -> Self {
+        match ForeignFormat::of_name(path).filter(|_| self.message == UNKNOWN) {
+            Some(ForeignFormat { what, way, .. }) => {
+                Self::new(self.kind, format!("this is {what}, by its name")).hint(way)
+            }
+            None => self,
+        }
+    }
 }

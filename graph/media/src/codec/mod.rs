@@ -1,5 +1,5 @@
-//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG or JPEG file into a [`Picture`], [`encode`]
-//! turns an [`Image`] into bytes. Nothing here uses the file system.
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG, JPEG or TIFF file into a [`Picture`],
+//! [`encode`] turns an [`Image`] into bytes. Nothing here uses the file system.
 
 mod chromaticities;
 pub(crate) mod cicp;
@@ -9,6 +9,7 @@ pub(crate) mod encoding;
 mod error;
 mod exr;
 mod exr_compression;
+mod foreign;
 mod format;
 mod hdr;
 pub(crate) mod icc;
@@ -24,10 +25,13 @@ mod reading;
 mod resample;
 mod space;
 mod statistics;
+mod tiff;
 pub(crate) mod write;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use codes::Colors;
 
 use std::io::{BufRead, Seek, SeekFrom};
 
@@ -40,6 +44,7 @@ pub use exr::CameraMatrices;
 #[cfg(test)]
 pub(crate) use exr::of_attributes;
 pub use exr_compression::ExrCompression;
+pub use foreign::ForeignFormat;
 pub use format::ImageFormat;
 pub use limits::Budget;
 pub use picture::{Metadata, Picture, Pixels};
@@ -51,8 +56,8 @@ pub use statistics::ChannelStatistics;
 pub(crate) use write::encode_with_notes;
 pub use write::{encode, row_writer};
 
-/// Decodes an EXR, Radiance, PNG or JPEG file; the first bytes decide the format. `layer` names a layer, a part or a
-/// channel of an EXR file. `options` may be a [`Budget`] alone.
+/// Decodes an EXR, Radiance, PNG, JPEG or TIFF file; the first bytes decide the format. `layer` names a layer, a part
+/// or a channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
 /// Errors of the decoders, a layer of a format without layers, and an encoded `space` for a file of linear color. A
@@ -72,6 +77,7 @@ pub fn decode(
         (ImageFormat::Hdr, None) => hdr::decode(reader, options),
         (ImageFormat::Png, None) => png::decode(reader, options),
         (ImageFormat::Jpeg, None) => jpeg::decode(reader, options),
+        (ImageFormat::Tiff, None) => tiff::decode(reader, options),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
@@ -139,6 +145,7 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (ImageFormat::Hdr, None) => hdr::describe(reader),
         (ImageFormat::Png, None) => png::describe(reader),
         (ImageFormat::Jpeg, None) => jpeg::describe(reader),
+        (ImageFormat::Tiff, None) => tiff::describe(reader),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }

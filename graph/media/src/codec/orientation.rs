@@ -34,7 +34,12 @@ impl Orientation {
         // An entry has a tag, a type, a count and a value in four bytes.
         let mut entries = (0..entries).filter_map(|index| directory.checked_add(2 + 12 * index));
         let stated = short(entries.find(|at| short(*at) == Some(TAG))?.checked_add(8)?)?;
-        (2..=8).contains(&stated).then_some(Self(stated as u8))
+        Self::of_code(stated)
+    }
+
+    /// The orientation of a code of EXIF and TIFF; `None` for an upright picture.
+    pub(super) fn of_code(code: u16) -> Option<Self> {
+        (2..=8).contains(&code).then_some(Self(code as u8))
     }
 
     /// The orientation of a file whose rows follow each other along the first axis, and the pixels of a row along the

@@ -5,6 +5,7 @@ use crate::codec::exr::ExrRows;
 use crate::codec::jpeg::JpegRows;
 use crate::codec::limits::check_size;
 use crate::codec::png::{self, PngRows};
+use crate::codec::tiff::{self, TiffRows};
 use crate::codec::{CodecError, ErrorKind, ImageFormat, Metadata};
 
 /// Writes the beginning of a file. Returns the writer of its rows, and sentences about what is left out.
@@ -30,6 +31,7 @@ pub fn row_writer(
         }
         ImageFormat::Png => Ok((Box::new(PngRows::new(to, size, encoding, None)?), other_aspect())),
         ImageFormat::Jpeg => Ok((Box::new(JpegRows::new(to, size, encoding)?), other_aspect())),
+        ImageFormat::Tiff => Ok((Box::new(TiffRows::new(to, size, encoding)?), other_aspect())),
         ImageFormat::Hdr => unreachable!("the format has no depth"),
     }
 }
@@ -66,6 +68,7 @@ pub(crate) fn encode_with_notes(image: Image<'_>, encoding: &Encoding) -> Result
     let to = Box::new(file.clone());
     let (mut writer, notes) = match encoding.format {
         ImageFormat::Png => png::writer_of_image(to, image, encoding)?,
+        ImageFormat::Tiff => tiff::writer_of_image(to, image, encoding)?,
         _ => row_writer(to, size, encoding, meta)?,
     };
     writer.write(samples)?;

@@ -96,6 +96,20 @@ impl AtomicFile {
         self.file.try_clone().map_err(|error| FileError::writing(&self.name, &error))
     }
 
+    /// Begins a file that another program writes to the path that is returned.
+    ///
+    /// # Errors
+    /// As [`write_atomic`]; and a device or a pipe.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn for_program(path: &Path) -> Result<(Self, PathBuf), FileError> {
+        let file = Self::open(path, false)?;
+        let temporary = file.temporary.as_ref().and_then(|temporary| temporary.0.clone());
+        let place = temporary.ok_or_else(|| {
+            FileError::new(path, ErrorKind::Naming, "another program writes this file, and no device or pipe")
+        })?;
+        Ok((file, place))
+    }
+
     fn write_all(mut self, bytes: &[u8]) -> Result<(), FileError> {
         self.file.write_all(bytes).map_err(|error| self.refused(&error))?;
         self.finish()

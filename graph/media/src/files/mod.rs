@@ -16,7 +16,7 @@ pub mod sequence;
 mod watch;
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Cursor, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use atomic::write_encoded;
@@ -51,7 +51,7 @@ impl Source {
     }
 
     /// The file, opened for a decoder.
-    fn open(&self) -> Result<BufReader<File>, FileError> {
+    pub(crate) fn open(&self) -> Result<BufReader<File>, FileError> {
         if self.path.is_dir() {
             return Err(FileError::folder(&self.path));
         }
@@ -64,7 +64,7 @@ impl Source {
 
     /// The result of a codec; its error gets the name of this file.
     fn named<T>(&self, result: Result<T, CodecError>) -> Result<T, FileError> {
-        result.map_err(|error| FileError::at(&self.path, error))
+        result.map_err(|error| FileError::at(&self.path, error.of_name(&self.path)))
     }
 }
 
@@ -84,6 +84,30 @@ pub fn read(source: &Source) -> Result<Picture, FileError> {
 /// See [`FileError`]: a file that does not exist, that this user may not read, or that [`decode`] refuses.
 pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<Picture, FileError> {
     source.named(decode(source.open()?, source.layer(), options))
+}
+
+/// Reads an image from standard input, within the bytes of the budget.
+///
+/// # Errors
+/// See [`read_within`].
+pub fn read_standard_input(options: impl Into<ReadOptions>) -> Result<Picture, FileError> {
+    let (options, path) = (options.into(), Path::new("standard input"));
+    let mut bytes = Vec::new();
+    let read = std::io::stdin().lock().take(options.budget.0).read_to_end(&mut bytes);
+    read.map_err(|error| FileError::reading(path, &error))?;
+    decode(Cursor::new(bytes), None, options).map_err(|error| FileError::at(path, error))
+}
+
+/// Writes an image to standard output. Returns sentences about what is left out.
+///
+/// # Errors
+/// See [`encode`](crate::encode), and what standard output reports.
+pub fn write_standard_output<'a>(image: impl Into<Image<'a>>, encoding: &Encoding) -> Result<Vec<String>, FileError> {
+    let path = Path::new("standard output");
+    let (bytes, notes) = encode_with_notes(image.into(), encoding).map_err(|error| FileError::at(path, error))?;
+    let mut out = std::io::stdout().lock();
+    out.write_all(&bytes).and_then(|()| out.flush()).map_err(|error| FileError::writing(path, &error))?;
+    Ok(notes)
 }
 
 /// Reads the camera that an EXR file states.
