@@ -3,7 +3,7 @@
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
 use afterimage_graph::node::PassKind;
-use afterimage_plan::codegen::{Slot, SlotKind};
+use afterimage_plan::codegen::{CodeOptions, Slot, SlotKind};
 use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 
 use super::support::{all_formats, built_in, plan_images};
@@ -16,7 +16,8 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
     let mut with_frame = 0;
     for (index, planned) in plan.passes.iter().enumerate().filter(|(_, p)| p.pass.kind == PassKind::Compute) {
         let compose = |immediates| {
-            plan.compose(index, immediates).unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label))
+            plan.compose(index, CodeOptions { immediates, ..Default::default() })
+                .unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label))
         };
         let (bound, immediate) = (compose(false), compose(true));
         let has_frame = bound.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
