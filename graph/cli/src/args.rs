@@ -284,14 +284,18 @@ pub(crate) struct JobArgs {
 impl RenderArgs {
     /// Exchanges the pipeline and the image if they stand the other way round.
     pub(crate) fn put_in_order(&mut self) {
-        if let Some(input) = &self.input
-            && !is_pipeline(&self.pipeline)
-            && is_pipeline(Path::new(input))
-            && let Some(image) = self.pipeline.to_str()
-        {
-            let (image, pipeline) = (image.to_owned(), input.into());
-            (self.input, self.pipeline) = (Some(image), pipeline);
-        }
+        put_in_order(&mut self.pipeline, &mut self.input);
+    }
+}
+
+/// Exchanges a pipeline and an image if they stand the other way round.
+fn put_in_order(pipeline: &mut PathBuf, image: &mut Option<String>) {
+    if let Some(input) = image
+        && !is_pipeline(pipeline)
+        && is_pipeline(Path::new(input))
+        && let Some(first) = pipeline.to_str()
+    {
+        (*image, *pipeline) = (Some(first.to_owned()), PathBuf::from(&*input));
     }
 }
 
@@ -441,6 +445,25 @@ mod tests {
     fn options_of<T: Args>() -> BTreeSet<String> {
         let command = T::augment_args(clap::Command::new("any"));
         command.get_arguments().filter_map(|arg| Some(arg.get_long()?.to_owned())).collect()
+    }
+
+    #[test]
+    #[cfg(feature = "view")]
+    fn an_image_to_look_at_may_stand_before_the_pipeline_or_alone() {
+        for (words, pipeline, image) in [
+            (&["lynx", "photo.exr"][..], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr", "lynx"], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr"], None, Some("photo.exr")),
+            (&["shot.####.EXR#diffuse"], None, Some("shot.####.EXR#diffuse")),
+            (&["lynx"], Some("lynx"), None),
+            (&[], None, None),
+        ] {
+            let arguments = Arguments::try_parse_from([&["afterimage", "view"], words].concat()).expect("it is valid");
+            let Command::View(mut args) = arguments.command else { panic!("it is another command") };
+            args.put_in_order();
+            let found = (args.pipeline.as_deref(), args.input.as_deref());
+            assert_eq!(found, (pipeline.map(Path::new), image), "{words:?}");
+        }
     }
 
     #[test]

@@ -1,18 +1,33 @@
 //! Arguments of `view`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::headings::{MACHINE, PIPELINE, SEQUENCES};
+use super::files::{InputSpace, parse_input_space};
+use super::headings::{INPUT_FILES, MACHINE, PIPELINE, SEQUENCES};
 use super::options::{ImageOptions, KindOptions, parse_fps, parse_size};
+use crate::built_in::is_pipeline;
+use crate::files::is_image_name;
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArgs {
     /// The pipeline file, or the name of a built-in pipeline; by default `tsushima`
     pub(crate) pipeline: Option<PathBuf>,
-    /// The image for the pipeline's first input, as for `render`; by default the built-in scene, which moves
+    /// The image for the pipeline's first input, as for `render`; by default the built-in scene, which moves. It may
+    /// stand before the pipeline, or alone
     pub(crate) input: Option<String>,
+    /// The image for another input, or a camera, as for `render`: `--input depth=depth.exr --input camera=camera.json`
+    #[arg(help_heading = INPUT_FILES, long = "input", value_name = "NAME=FILE")]
+    pub(crate) inputs: Vec<String>,
+    /// What the numbers of the images mean, whatever the files state, as for `render`: `ACEScg`, or for one input
+    /// `albedo=Rec709`
+    #[arg(help_heading = INPUT_FILES, long, value_name = "[INPUT=]SPACE", value_parser = parse_input_space)]
+    pub(crate) input_space: Vec<InputSpace>,
+    /// Slices of the images of volumes, which lie one below the other, the nearest first
+    #[arg(help_heading = INPUT_FILES, long, value_name = "COUNT")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=2048))]
+    pub(crate) slices: Option<u32>,
     /// The tier to begin with
     #[arg(help_heading = PIPELINE, long)]
     pub(crate) tier: Option<String>,
@@ -35,4 +50,18 @@ pub(crate) struct ViewArgs {
     pub(crate) images: ImageOptions,
     #[command(flatten)]
     pub(crate) kinds: KindOptions,
+}
+
+impl ViewArgs {
+    /// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the
+    /// first pipeline.
+    pub(crate) fn put_in_order(&mut self) {
+        let Some(pipeline) = &mut self.pipeline else { return };
+        super::put_in_order(pipeline, &mut self.input);
+        let is_image =
+            pipeline.to_str().is_some_and(|name| is_image_name(Path::new(name.split('#').next().unwrap_or(name))));
+        if self.input.is_none() && is_image && !is_pipeline(pipeline) {
+            self.input = self.pipeline.take().and_then(|image| Some(image.to_str()?.to_owned()));
+        }
+    }
 }

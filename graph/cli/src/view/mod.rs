@@ -7,47 +7,48 @@ use std::path::Path;
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
+use afterimage_view::{Desktop, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
 use crate::built_in::hint;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::pipeline::PipelineFile;
+use crate::pipeline::{PipelineFile, assignments};
+use crate::render::check_input_names;
 use open::Opener;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";
 
 pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    check_fact_names(args, tables)?;
+    let named = assignments(&args.inputs, "--input")?;
+    check_names(args, &named, tables)?;
     let opener = Opener::new(args, tables);
-    let images = args.input.clone().map(|file| opener.clone().images(file));
-    let size = Size::new(args.size.0, args.size.1);
+    let named = named.into_iter().map(|(input, file)| (Some(input), file));
+    let files = args.input.clone().map(|file| (None, file)).into_iter().chain(named);
+    let inputs = files.map(|(input, file)| Ok((input, opener.input(&file)?))).collect::<Result<_, Failure>>()?;
     let desktop = Desktop {
         adapter: args.adapter.clone(),
         size: [args.window.0.into(), args.window.1.into()],
         project: project(args, &opener)?,
         wake: opener.wake.clone(),
-        images: Box::new(move |gpu| match &images {
-            Some(images) => images(gpu),
-            None => Ok(Images::Scene(Box::new(Scene::new(gpu, size)?))),
-        }),
+        scene: Size::new(args.size.0, args.size.1),
+        inputs,
         new_file: Box::new({
             let opener = opener.clone();
             move |path, named| opener.new_file(path, named)
         }),
-        open: Box::new(move |gpu, path| opener.open(gpu, path)),
+        open: Box::new(move |path| opener.open(path)),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
     Ok(desktop.run()?)
 }
 
-/// A fact that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
-fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    if args.facts.is_empty() {
+/// A fact or an input that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
+fn check_names(args: &ViewArgs, inputs: &[(String, String)], tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    if args.facts.is_empty() && inputs.is_empty() {
         return Ok(());
     }
     let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
@@ -57,7 +58,8 @@ fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
     let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };
     match PipelineFile::new(&document, &registry, &files).check(&options) {
-        Ok(_) | Err(Failure::Pipeline(_)) => Ok(()),
+        Ok((graph, _)) => check_input_names(&graph, inputs),
+        Err(Failure::Pipeline(_)) => Ok(()),
         Err(failure) => Err(failure),
     }
 }

@@ -19,7 +19,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use wasm_bindgen::JsCast as _;
 
 use crate::address::Address;
-use crate::model::{Files, Images, Model, NamedFile, Project, Scene, TextProject};
+use crate::model::{Images, InputData, InputFile, Model, NamedFile, Project, Scene, TextProject};
 use crate::{Exported, NewFiles, Problem, Rendered, Viewer};
 use address::Stated;
 
@@ -250,12 +250,11 @@ impl Page {
             self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }
-        let model = &mut self.viewer.model;
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
             .map_err(|error| Problem::message(format!("`{name}`: {error}")))?;
-        let gpu = model.gpu().clone();
-        let read = move |_| Ok(picture.clone());
-        model.set_images(Images::Files(Box::new(Files::new(&gpu, 1, 24.0, Box::new(read))?)));
+        let read = move |_: &_, _| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
+        let ctx = self.ctx.clone();
+        self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), None);
         Ok(())
     }
 
