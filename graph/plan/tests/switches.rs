@@ -33,6 +33,30 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
     assert!(with_frame > 0, "a kernel adapts over time");
 }
 
+/// Parameters in a storage buffer take the binding of the uniform.
+#[test]
+fn functions_read_their_parameters_from_a_storage_buffer_if_asked_to() {
+    let graph = built_in("exposure.ron");
+    let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let mut with_params = 0;
+    for index in 0..plan.passes.len() {
+        let compose = |params_in_storage| {
+            let options = CodeOptions { params_in_storage, ..CodeOptions::default() };
+            plan.compose(index, options).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let (uniform, stored) = (compose(false), compose(true));
+        let places = |slots: &[Slot], kind| slots.iter().position(|slot| slot.kind == kind);
+        let place = places(&stored.slots, SlotKind::StoredParams);
+        if plan.passes[index].pass.kind != PassKind::Compute {
+            assert_eq!(place, places(&uniform.slots, SlotKind::Params));
+        }
+        assert_eq!(stored.source.matches("var<storage, read> params").count(), usize::from(place.is_some()));
+        stored.validate().unwrap_or_else(|error| panic!("{error}"));
+        with_params += usize::from(place.is_some());
+    }
+    assert!(with_params > 0);
+}
+
 /// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.
 #[test]
 fn a_plan_with_a_draw_has_no_heap() {
