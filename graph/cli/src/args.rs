@@ -11,12 +11,12 @@ pub(crate) mod stress;
 pub(crate) mod view;
 
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::Resettable;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
-use crate::built_in::is_pipeline;
+use crate::built_in::put_in_order;
 use files::{ExrArgs, ReadArgs};
 use headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use lut::LutArgs;
@@ -288,17 +288,6 @@ impl RenderArgs {
     }
 }
 
-/// Exchanges a pipeline and an image if they stand the other way round.
-fn put_in_order(pipeline: &mut PathBuf, image: &mut Option<String>) {
-    if let Some(input) = image
-        && !is_pipeline(pipeline)
-        && is_pipeline(Path::new(input))
-        && let Some(first) = pipeline.to_str()
-    {
-        (*image, *pipeline) = (Some(first.to_owned()), PathBuf::from(&*input));
-    }
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AlphaChoice {
     /// Where the output declares `alpha: Coverage`, and it is not 1 in all pixels
@@ -445,25 +434,6 @@ mod tests {
     fn options_of<T: Args>() -> BTreeSet<String> {
         let command = T::augment_args(clap::Command::new("any"));
         command.get_arguments().filter_map(|arg| Some(arg.get_long()?.to_owned())).collect()
-    }
-
-    #[test]
-    #[cfg(feature = "view")]
-    fn an_image_to_look_at_may_stand_before_the_pipeline_or_alone() {
-        for (words, pipeline, image) in [
-            (&["lynx", "photo.exr"][..], Some("lynx"), Some("photo.exr")),
-            (&["photo.exr", "lynx"], Some("lynx"), Some("photo.exr")),
-            (&["photo.exr"], None, Some("photo.exr")),
-            (&["shot.####.EXR#diffuse"], None, Some("shot.####.EXR#diffuse")),
-            (&["lynx"], Some("lynx"), None),
-            (&[], None, None),
-        ] {
-            let arguments = Arguments::try_parse_from([&["afterimage", "view"], words].concat()).expect("it is valid");
-            let Command::View(mut args) = arguments.command else { panic!("it is another command") };
-            args.put_in_order();
-            let found = (args.pipeline.as_deref(), args.input.as_deref());
-            assert_eq!(found, (pipeline.map(Path::new), image), "{words:?}");
-        }
     }
 
     #[test]

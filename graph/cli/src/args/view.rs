@@ -1,14 +1,12 @@
 //! Arguments of `view`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::files::{InputSpace, parse_input_space};
 use super::headings::{INPUT_FILES, MACHINE, PIPELINE, SEQUENCES};
 use super::options::{ImageOptions, KindOptions, parse_fps, parse_size};
-use crate::built_in::is_pipeline;
-use crate::files::is_image_name;
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArgs {
@@ -50,18 +48,4 @@ pub(crate) struct ViewArgs {
     pub(crate) images: ImageOptions,
     #[command(flatten)]
     pub(crate) kinds: KindOptions,
-}
-
-impl ViewArgs {
-    /// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the
-    /// first pipeline.
-    pub(crate) fn put_in_order(&mut self) {
-        let Some(pipeline) = &mut self.pipeline else { return };
-        super::put_in_order(pipeline, &mut self.input);
-        let is_image =
-            pipeline.to_str().is_some_and(|name| is_image_name(Path::new(name.split('#').next().unwrap_or(name))));
-        if self.input.is_none() && is_image && !is_pipeline(pipeline) {
-            self.input = self.pipeline.take().and_then(|image| Some(image.to_str()?.to_owned()));
-        }
-    }
 }

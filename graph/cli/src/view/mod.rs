@@ -11,9 +11,9 @@ use afterimage_view::{Desktop, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
-use crate::built_in::hint;
+use crate::built_in::{self, hint, is_pipeline};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
+use crate::files::{Files, is_image_name, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments};
 use crate::render::check_input_names;
 use open::Opener;
@@ -44,6 +44,18 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
     Ok(desktop.run()?)
+}
+
+/// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the first
+/// pipeline.
+pub(crate) fn put_in_order(args: &mut ViewArgs) {
+    let Some(pipeline) = &mut args.pipeline else { return };
+    built_in::put_in_order(pipeline, &mut args.input);
+    let name = pipeline.to_string_lossy().into_owned();
+    let is_image = is_image_name(Path::new(name.split('#').next().unwrap_or(&name)));
+    if args.input.is_none() && is_image && !is_pipeline(pipeline) {
+        (args.pipeline, args.input) = (None, Some(name));
+    }
 }
 
 /// A fact or an input that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
@@ -86,6 +98,32 @@ impl From<Problem> for Failure {
             Problem::Pipeline(errors) => Self::Pipeline(errors),
             Problem::Message { message, hint: Some(hint) } => Self::machine(message).hint(hint),
             other => Self::machine(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn an_image_to_look_at_may_stand_before_the_pipeline_or_alone() {
+        for (words, pipeline, image) in [
+            (&["lynx", "photo.exr"][..], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr", "lynx"], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr"], None, Some("photo.exr")),
+            (&["shot.####.EXR#diffuse"], None, Some("shot.####.EXR#diffuse")),
+            (&["lynx"], Some("lynx"), None),
+            (&[], None, None),
+        ] {
+            let arguments = Arguments::try_parse_from([&["afterimage", "view"], words].concat()).expect("it is valid");
+            let Command::View(mut args) = arguments.command else { panic!("it is another command") };
+            put_in_order(&mut args);
+            let found = (args.pipeline.as_deref(), args.input.as_deref());
+            assert_eq!(found, (pipeline.map(Path::new), image), "{words:?}");
         }
     }
 }

@@ -69,8 +69,8 @@ impl InputPanel {
         ui.label(RichText::new(type_name(input)).color(DIM).small());
     }
 
-    /// Gives a dropped file to an input: to that under the pointer, to the one that is named in the name of the file, or
-    /// to the only one that needs it. Otherwise the user is asked. Returns a message.
+    /// Gives a dropped file to an input: to that under the pointer, to the one that the name of the file has as a word,
+    /// or to the only one that needs it. Otherwise the user is asked. Returns a message.
     pub(super) fn drop_file(&mut self, model: &mut Model, file: InputFile) -> Option<String> {
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();

@@ -8,8 +8,8 @@ use super::{ExportKind, Tab, Viewer};
 use crate::model::{CompareWith, Model, PlayClock};
 
 impl Viewer {
-    /// Runs the commands of pressed keys. Those without Ctrl are commands while the picture has the focus alone: a letter
-    /// that misses its field does nothing.
+    /// Runs the commands of pressed keys. Those without Ctrl are commands while the picture has the focus alone: a
+    /// letter that misses its field does nothing.
     pub(super) fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
         if pressed(Modifiers::COMMAND, Key::S) {

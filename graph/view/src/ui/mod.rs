@@ -10,6 +10,7 @@ mod inputs;
 mod keys;
 mod list_keys;
 mod message;
+mod missing_image;
 pub(crate) mod new_file;
 mod parameters;
 mod picture;

@@ -4,8 +4,8 @@ use afterimage_gpu::wgpu;
 use afterimage_graph::image::{ColorState, Signedness};
 use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 
+use super::missing_image::lacking;
 use super::theme::{ACCENT, SURROUND};
-use super::wire_bar;
 use crate::model::Model;
 use crate::render::{Drawn, Flags, Painter, Placement, Shown};
 
@@ -353,7 +353,7 @@ fn size_of(subject: &Subject) -> Vec2 {
 
 /// The text in the place of a picture.
 fn nothing(ui: &Ui, area: Rect, model: &Model) {
-    let text = match (wire_bar::lacking(model), model.problem()) {
+    let text = match (lacking(model), model.problem()) {
         (Some(text), _) => text,
         (None, Some(_)) => "There is no picture yet: the tab Messages says why.",
         (None, None) => "The first picture is on its way.",

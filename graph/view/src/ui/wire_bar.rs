@@ -4,6 +4,7 @@ use afterimage_graph::node::PortType;
 use egui::{Color32, ComboBox, Pos2, RichText, Sense, Stroke, Ui, Vec2};
 
 use super::list_keys::choose_by_keys;
+use super::missing_image::lacking;
 use super::picture::{PictureView, Subject};
 use super::scopes::ScopePanel;
 use super::theme::{DIM, FIELD, wire_color};
@@ -51,22 +52,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, picture: &mut PictureView, sc
     if inspected != before {
         model.inspect_wire(Some(inspected));
     }
-}
-
-/// The reason for which the inspected wire has no image.
-pub(super) fn lacking(model: &Model) -> Option<&'static str> {
-    let wire = model.inspector().wire()?;
-    if model.inspected_image().is_some() {
-        return None;
-    }
-    Some(match model.editor().checked().and_then(|checked| checked.wire_type(&wire.wire)) {
-        Some(PortType::Table) => "A table has no image: its numbers are in the bar above.",
-        Some(PortType::Value) => "A value has no image: its numbers are in the bar above.",
-        Some(PortType::Block) => "A host gives this block: it has no image.",
-        Some(PortType::Multisampled) => "A host gives this image: look at its `Resolve`.",
-        _ if model.inspector().is_compiling() => "Compiling…",
-        _ => "No pass of the plan makes it: the node is skipped, or nothing reads it.",
-    })
 }
 
 /// The range of data that is shown from black to white.
