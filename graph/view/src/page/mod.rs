@@ -11,6 +11,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use afterimage_gpu::{ErrorLog, Gpu, wanted_features, wgpu};
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
@@ -252,7 +253,7 @@ impl Page {
         }
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
             .map_err(|error| Problem::message(format!("`{name}`: {error}")))?;
-        let read = move |_: &_, _| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
+        let read = move |_: &GraphInput, _: usize| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
         let ctx = self.ctx.clone();
         self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), None);
         Ok(())
