@@ -52,7 +52,9 @@ pub(crate) fn put_in_order(args: &mut ViewArgs) {
     let Some(pipeline) = &mut args.pipeline else { return };
     built_in::put_in_order(pipeline, &mut args.input);
     let name = pipeline.to_string_lossy().into_owned();
-    let is_image = is_image_name(Path::new(name.split('#').next().unwrap_or(&name)));
+    // A layer stands after `#`.
+    let file = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
+    let is_image = [&*name, file].iter().any(|name| is_image_name(Path::new(&name.to_lowercase())));
     if args.input.is_none() && is_image && !is_pipeline(pipeline) {
         (args.pipeline, args.input) = (None, Some(name));
     }

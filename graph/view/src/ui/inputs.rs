@@ -144,9 +144,10 @@ fn short(name: &str) -> String {
 
 /// True if an input can take a file, by its ending.
 fn fits(input: &GraphInput, file: &str) -> bool {
-    // A layer stands after `#`.
-    let path = file.split('#').next().unwrap_or(file).to_lowercase();
-    let has_ending = |ending: &str| path.ends_with(ending);
+    let name = file.to_lowercase();
+    // A layer stands after `#`, which also is the place of a number.
+    let without_layer = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
+    let has_ending = |ending: &str| name.ends_with(ending) || without_layer.ends_with(ending);
     match input.block {
         Some(_) => has_ending(".json") || has_ending(".exr"),
         None => !input.multisampled && !has_ending(".json"),
