@@ -15,6 +15,7 @@ use afterimage_gpu::{Frame, Gpu, Opening, Texels, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
+use afterimage_plan::Options;
 use counting::{Counting, HOST, OURS, THEIRS, asker, counted};
 
 #[global_allocator]
@@ -38,10 +39,15 @@ struct Host {
 
 impl Host {
     fn new() -> Result<Self, Box<dyn Error>> {
+        Self::of("lynx.ron")
+    }
+
+    /// A host of a built-in pipeline.
+    fn of(name: &str) -> Result<Self, Box<dyn Error>> {
         let gpu = Gpu::open(&Opening::default())?;
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pipelines/lynx.ron");
+        let path = format!("{}/../pipelines/{name}", env!("CARGO_MANIFEST_DIR"));
         let options = CheckOptions { loader: &NoFiles, ..CheckOptions::default() };
-        let document = parse(path, &std::fs::read_to_string(path)?)?;
+        let document = parse(&path, &std::fs::read_to_string(&path)?)?;
         let (graph, _) = check(&document, &Registry::new(&[afterimage_nodes::ALL])?, &options)?;
         let [width, height] = SIZE;
         let pixels: Vec<_> = (0..width * height).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect();
@@ -116,6 +122,33 @@ fn a_frame_allocates_nothing_of_ours_also_with_a_new_value() -> Outcome {
     }
     // The value arrives at the device: wgpu allocates for it.
     assert!(moved[THEIRS].1 > steady[THEIRS].1, "{steady:?}, {moved:?}");
+    Ok(())
+}
+
+/// MiB of memory of the process.
+#[cfg(target_os = "linux")]
+fn resident() -> Result<f64, Box<dyn Error>> {
+    let status = std::fs::read_to_string("/proc/self/status")?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).ok_or("it states the memory")?;
+    Ok(line.trim().trim_end_matches(" kB").parse::<f64>()? / 1024.0)
+}
+
+/// Mesa's driver for processors compiles a pass whose branches depend on a uniform buffer again in each frame, and keeps
+/// all of them: 0.4 MiB a frame.
+#[test]
+#[cfg(target_os = "linux")]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn frames_of_a_pass_that_branches_on_parameters_keep_no_memory() -> Outcome {
+    if std::env::var_os(ALONE).is_none_or(|value| value != "0") {
+        return run_without_backtraces("frames_of_a_pass_that_branches_on_parameters_keep_no_memory");
+    }
+    let mut host = Host::of("exposure.ron")?;
+    host.post.set_options(Options { fuse: false, exact: true, ..Options::default() });
+    (0..40).try_for_each(|_| host.frame(None))?;
+    let before = resident()?;
+    (0..120).try_for_each(|_| host.frame(None))?;
+    let grown = resident()? - before;
+    assert!(grown < 12.0, "{grown:.1} MiB in 120 frames");
     Ok(())
 }
 

@@ -61,11 +61,11 @@ xdotool mousemove --window "$window" 90 40 click 1
 settle 1
 xdotool type --delay 150 "lit.strength"
 shot searched
-# The only row: below the field, the one fact of lynx.ron and the name of the node.
-xdotool mousemove --window "$window" 170 167; settle 1
+# The only row: below the field, the one input and the one fact of lynx.ron and the name of the node.
+xdotool mousemove --window "$window" 170 219; settle 1
 xdotool mousedown 1; settle 1
-xdotool mousemove --window "$window" 200 167; settle 1
-xdotool mousemove --window "$window" 235 167; settle 1
+xdotool mousemove --window "$window" 200 219; settle 1
+xdotool mousemove --window "$window" 235 219; settle 1
 xdotool mouseup 1
 shot dragged
 far opened dragged

@@ -82,6 +82,9 @@ fn facts_tiers_and_parameters_are_checked() {
     folder.run("stress caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("view {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("view caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("view caracal --input seen=room.exr").fails_saying(1, &["the pipeline has no input `seen`", "`scene`"]);
+    folder.run("view caracal --input scene=rom.exr").fails_saying(1, &["rom.exr: there is no such file"]);
+    folder.run("view rom.exr").fails_saying(1, &["rom.exr: there is no such file"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);
     folder.run("render {glare} room.exr -o out.png --fact lamps=false").fails_saying(1, &["lamps"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=0").fails(

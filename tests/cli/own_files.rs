@@ -148,6 +148,7 @@ const FILES: &[(&str, &str, Use)] = &[
     ("demo", "out", Else),
     ("view", "pipeline", Else),
     ("view", "input", Else),
+    ("view", "inputs", Else),
     ("render", "pipeline", Reads("p.ron")),
     ("render", "input", Reads("shot.#.exr")),
     ("render", "inputs", Reads("--input eye=eye.#.json")),

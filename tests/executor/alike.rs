@@ -28,7 +28,9 @@ fn equal_shaders_of_images_that_are_sampled_in_different_ways_have_pipelines_of_
         let drawn = session.render(Size::new(4, 3), &[InputImage { finite: true, ..image }], step);
         drawn.unwrap_or_else(|error| panic!("{error}"));
         let shaders: Vec<String> = (0..session.plan().passes.len())
-            .map(|pass| session.plan().compose(pass, false).unwrap_or_else(|error| panic!("{error:?}")).source)
+            .map(|pass| {
+                session.plan().compose(pass, Default::default()).unwrap_or_else(|error| panic!("{error:?}")).source
+            })
             .collect();
         let modes: Vec<_> = session.plan().images.iter().map(|image| image.sample_mode).collect();
         let lit = session.output("lit").unwrap_or_else(|error| panic!("{error}"));

@@ -11,12 +11,12 @@ pub(crate) mod stress;
 pub(crate) mod view;
 
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::Resettable;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
-use crate::built_in::is_pipeline;
+use crate::built_in::put_in_order;
 use files::{ExrArgs, ReadArgs};
 use headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use lut::LutArgs;
@@ -284,14 +284,7 @@ pub(crate) struct JobArgs {
 impl RenderArgs {
     /// Exchanges the pipeline and the image if they stand the other way round.
     pub(crate) fn put_in_order(&mut self) {
-        if let Some(input) = &self.input
-            && !is_pipeline(&self.pipeline)
-            && is_pipeline(Path::new(input))
-            && let Some(image) = self.pipeline.to_str()
-        {
-            let (image, pipeline) = (image.to_owned(), input.into());
-            (self.input, self.pipeline) = (Some(image), pipeline);
-        }
+        put_in_order(&mut self.pipeline, &mut self.input);
     }
 }
 

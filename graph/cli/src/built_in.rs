@@ -1,6 +1,6 @@
 //! Words of a command line that name pipelines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use afterimage::host::{built_in, built_in_hint};
 use afterimage_graph::diagnostic::did_you_mean;
@@ -14,6 +14,17 @@ pub(crate) const MAX_TEXT: u64 = 16 << 20;
 pub(crate) fn is_pipeline(path: &Path) -> bool {
     let has_text = || read_text(path, MAX_TEXT).is_ok_and(|text| text.contains("Pipeline("));
     path.extension().is_some_and(|ending| ending == "ron") || built_in(path).is_some() || has_text()
+}
+
+/// Exchanges a pipeline and an image if they stand the other way round.
+pub(crate) fn put_in_order(pipeline: &mut PathBuf, image: &mut Option<String>) {
+    if let Some(input) = image
+        && !is_pipeline(pipeline)
+        && is_pipeline(Path::new(input))
+        && let Some(first) = pipeline.to_str()
+    {
+        (*image, *pipeline) = (Some(first.to_owned()), PathBuf::from(&*input));
+    }
 }
 
 /// The built-in pipeline that a wrong name may mean, or the names of all, as a hint.

@@ -11,6 +11,7 @@ use afterimage_graph::document::without_mark;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::rewrite;
+use afterimage_plan::codegen::CodeOptions;
 use afterimage_plan::{Plan, verify};
 use afterimage_wgsl::Shader;
 
@@ -190,7 +191,9 @@ fn compile(plan: &Plan, compiled: &mut BTreeSet<String>) -> Result<(), Failure> 
         if !planned.pass.shaders().any(Shader::is_untrusted) {
             continue;
         }
-        let composed = plan.compose(index, true).map_err(|error| GpuError::Shader(error.into()))?;
+        let composed = plan
+            .compose(index, CodeOptions { immediates: true, ..Default::default() })
+            .map_err(|error| GpuError::Shader(error.into()))?;
         if compiled.insert(composed.source.clone()) {
             composed.validate().map_err(|error| GpuError::Shader(error.into()))?;
         }

@@ -119,6 +119,8 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
     }
     match &mut arguments.command {
         Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::put_in_order(args),
         _ => {}
     }
     files::begin_run();

@@ -19,7 +19,8 @@ use crate::bind_group::{PassBindings, Samplers, part};
 use crate::buffer::{buffer, filled_buffer};
 use crate::device::BLOCK;
 use crate::executor::cores;
-use crate::frame_constants::FrameConstants;
+use crate::executor::loaded::uniforms::UNIFORMS;
+use crate::frame_constants::{FrameConstants, code_options};
 use crate::full_screen::color_pass;
 use crate::heap;
 use crate::layout::Pipeline;
@@ -186,7 +187,6 @@ struct Streams<'a, E> {
 type Run = (usize, [u32; 3], Option<Range<u32>>);
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
-const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
 
 impl<'a> BandRenderer<'a> {
     fn new(
@@ -209,11 +209,11 @@ impl<'a> BandRenderer<'a> {
                 compiled,
                 groups: BTreeMap::new(),
                 samplers: Samplers::new(device),
-                frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
+                frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORMS)?,
                 window_layout: window_layout(device),
-                windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORM),
+                windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORMS),
                 missing: buffer(device, "missing rows", missing_bytes, STORAGE),
-                uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORM)?,
+                uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORMS)?,
                 upload: RowUpload::new(
                     gpu,
                     banding.piece,
@@ -577,7 +577,7 @@ fn compile<E: From<GpuError> + From<PlanError>>(
 ) -> Result<BTreeMap<usize, Compiled>, E> {
     let (mut passes, mut requests) = (Vec::new(), Vec::new());
     for (pass, in_bands) in running(banding) {
-        let composed = compose::<E>(plan, banding, pass, in_bands)?;
+        let composed = compose::<E>(plan, banding, pass, in_bands, code_options(device))?;
         let planned = &plan.passes[pass];
         let drawn = planned.pass.written_image().filter(|_| planned.stage == Stage::Fragment);
         let attachment = drawn.map(|image| texture_format(plan.image(image).desc.format));
@@ -600,12 +600,14 @@ fn compose<E: From<GpuError> + From<PlanError>>(
     banding: &Banding,
     pass: usize,
     in_bands: bool,
+    options: CodeOptions,
 ) -> Result<Composed, E> {
     let planned = &plan.passes[pass];
     let desc_of = |image| plan.image(image).desc;
     let sample_mode_of = |image| plan.image(image).sample_mode;
     // The first row of a drawn band is an origin above the texture.
-    let code = CodeOptions { immediates: false, has_origin: in_bands && planned.stage == Stage::Fragment };
+    let has_origin = in_bands && planned.stage == Stage::Fragment;
+    let code = CodeOptions { immediates: false, has_origin, ..options };
     let composed = compose_pass(&planned.pass, &desc_of, &sample_mode_of, code);
     let composed = composed.map_err(|error| GpuError::Shader(error.into()))?;
     if !in_bands {

@@ -79,7 +79,9 @@ impl PassBindings<'_> {
                 let planned = self.plan.block(block);
                 part(self.uniforms, planned.offset, planned.block.bytes() as u64)
             }
-            SlotKind::Params => part(self.uniforms, uniform.offset, uniform.bytes.len() as u64),
+            SlotKind::Params | SlotKind::StoredParams => {
+                part(self.uniforms, uniform.offset, uniform.bytes.len() as u64)
+            }
             SlotKind::Extent => part(self.uniforms, uniform.extent_offset, size_of_val(&uniform.extent) as u64),
             SlotKind::Sampler if manual_filtering(self.composed) => BindingResource::Sampler(&self.samplers.nearest),
             SlotKind::Sampler => BindingResource::Sampler(&self.samplers.linear),

@@ -1,7 +1,8 @@
 //! The per-frame constants of shaders: time and number. They change in every frame, so where the device has immediates
 //! they are part of the commands; a buffer needs a copy of its own.
 
-use wgpu::{Device, Features};
+use afterimage_plan::codegen::CodeOptions;
+use wgpu::{Device, DeviceType, Features};
 
 /// Bytes of the struct `Frame` of shaders.
 pub(crate) const BYTES: u32 = 20;
@@ -33,7 +34,16 @@ impl FrameConstants {
     }
 }
 
+/// The way in which passes of a device read their numbers.
+pub(crate) fn code_options(device: &Device) -> CodeOptions {
+    CodeOptions {
+        immediates: has_immediates(device),
+        params_in_storage: device.adapter_info().device_type == DeviceType::Cpu,
+        ..CodeOptions::default()
+    }
+}
+
 /// True if passes can take the constants from immediates.
-pub(crate) fn has_immediates(device: &Device) -> bool {
+fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
 }

@@ -73,6 +73,7 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
         SlotKind::Frame => {
             BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None }
         }
+        SlotKind::StoredParams => buffer(BufferBindingType::Storage { read_only: true }),
         SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
         SlotKind::Sampler if manual_filtering(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),

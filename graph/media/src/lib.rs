@@ -13,6 +13,7 @@ pub mod codec;
 pub mod files;
 #[cfg(not(target_family = "wasm"))]
 pub mod film;
+mod repairs;
 
 #[cfg(test)]
 mod tests;
@@ -31,3 +32,4 @@ pub use files::{
     read_statistics, read_text, read_whole, read_within, real_output_path, real_path, rewrite, run_files, sequence,
     write_atomic, write_beside, write_image, write_new, write_standard_output,
 };
+pub use repairs::{Repairs, is_opaque};

@@ -43,6 +43,6 @@ fn modules_of(graph: &Graph) -> Result<BTreeSet<String>, Box<dyn Error>> {
         requirement: &Requirement::typical,
     };
     let plan = plan(graph, &request)?;
-    let source = |pass| Ok(plan.compose(pass, false)?.source);
+    let source = |pass| Ok(plan.compose(pass, Default::default())?.source);
     (0..plan.passes.len()).map(source).collect()
 }

@@ -138,7 +138,7 @@ fn a_module_binds_each_block_that_its_kernels_read() {
     let plan = planned(&["eye", "light"]);
     let mut bound: Vec<Vec<BlockId>> = Vec::new();
     for index in 0..plan.passes.len() {
-        let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+        let composed = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}"));
         composed.validate().unwrap_or_else(|error| panic!("{error}\n{}", composed.source));
         let blocks = composed.slots.iter().filter_map(|slot| match slot.kind {
             SlotKind::Block(block) => Some(block),

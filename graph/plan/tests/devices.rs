@@ -23,7 +23,7 @@ fn is_ours(planned: &PlannedPass) -> bool {
 
 /// Uniform buffers that the module of a pass binds, beside that of the frame's time and number.
 pub fn uniform_buffers(plan: &Plan, index: usize) -> usize {
-    let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+    let composed = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}"));
     let is_uniform = |kind| matches!(kind, SlotKind::Extent | SlotKind::Params | SlotKind::Block(_));
     composed.slots.iter().filter(|slot| is_uniform(slot.kind)).count()
 }
@@ -39,7 +39,7 @@ pub fn assert_fits(plan: &Plan, caps: &Caps, what: &str) {
         assert!(formats.iter().all(|format| possible.contains(format)), "{label} writes {formats:?}");
         if planned.stage == Stage::Compute && is_ours(planned) {
             assert!(formats.len() <= caps.max_storage_images as usize, "{label} writes {} images", formats.len());
-            let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+            let composed = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}"));
             let invocations: u32 = composed.workgroup.iter().product();
             assert!(uniform_buffers(plan, index) <= caps.max_uniform_buffers as usize, "{label}");
             assert!(invocations <= caps.workgroup_invocations, "{label} has {invocations} invocations");

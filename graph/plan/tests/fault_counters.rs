@@ -55,7 +55,7 @@ fn each_call_of_an_untrusted_function_is_counted_on_request_and_only_then() {
             "limits would hide what is counted"
         );
         for pass in 0..counting.passes.len() {
-            let composed = counting.compose(pass, false).unwrap_or_else(|error| panic!("{error}"));
+            let composed = counting.compose(pass, Default::default()).unwrap_or_else(|error| panic!("{error}"));
             composed.validate().unwrap_or_else(|error| panic!("{error}"));
             let is_counter = counting.passes[pass].pass.kernels.iter().any(|kernel| kernel.arg("faults").is_some());
             // Only the last function has a loop.

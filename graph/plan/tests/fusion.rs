@@ -247,7 +247,7 @@ fn a_light_pass_is_computed_again_for_a_few_readers_and_stored_for_many() {
 /// Texels of the result that a workgroup makes: from the entry point in the text of the shader, or from the pass.
 fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
     let PlannedPass { pass, .. } = &plan.passes[index];
-    let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
+    let source = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}")).source;
     let (_, sizes) = source.rsplit_once("@workgroup_size(").expect("a compute entry point");
     let sizes = sizes.split(')').next().expect("a bracket closes");
     let sides: Vec<u32> = sizes.split(',').map(|side| side.trim().parse().expect("a number")).collect();

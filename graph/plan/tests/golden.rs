@@ -7,6 +7,7 @@ use std::path::Path;
 use afterimage_generators::Recipe;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::PassKind;
+use afterimage_plan::codegen::CodeOptions;
 use afterimage_plan::{Alias, Caps, Options, Plan, When, diff, verify};
 
 use super::fusion::planned_at;
@@ -81,7 +82,9 @@ fn the_code_of_each_kind_of_pass_is_as_known() {
     for options in [always, Options { fuse: false, ..always }] {
         let plan = kinds(Size::new(1300, 724), options);
         for (index, planned) in plan.passes.iter().enumerate() {
-            let composed = plan.compose(index, index % 2 == 0).unwrap_or_else(|error| panic!("{error}"));
+            let composed = plan
+                .compose(index, CodeOptions { immediates: index % 2 == 0, ..Default::default() })
+                .unwrap_or_else(|error| panic!("{error}"));
             composed.validate().unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label));
             let kind = std::mem::discriminant(&planned.pass.kind);
             let is_new = seen.iter().filter(|known| **known == kind).count() < 2;

@@ -91,7 +91,7 @@ fn what_a_kernel_promises_decides_how_its_module_runs() {
     let plan = planned_at(FRAME, nodes, r#""out": "out""#, Options { fuse: false, ..Options::default() });
     let mut seen = [0; 3];
     for (number, pass) in plan.work().enumerate() {
-        let composed = plan.compose(number, false).unwrap_or_else(|error| panic!("{error}"));
+        let composed = plan.compose(number, Default::default()).unwrap_or_else(|error| panic!("{error}"));
         let is_own = pass.nodes.iter().all(|node| ["late", "soft", "dim"].contains(&node.as_str()));
         assert_eq!(composed.unchecked, !is_own, "{}", pass.label);
         assert_eq!(composed.zero_workgroup_memory, pass.nodes == ["late"], "{}", pass.label);

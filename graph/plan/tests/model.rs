@@ -313,7 +313,7 @@ fn the_numbers_of_each_kernel_are_where_its_module_reads_them() {
         let buffer = plan.uniform_buffer();
         for (index, planned) in plan.passes.iter().enumerate() {
             let (uniform, pass) = (&planned.uniform, &planned.pass);
-            let module = plan.compose(index, false).expect("a module").validate().expect("a valid module");
+            let module = plan.compose(index, Default::default()).expect("a module").validate().expect("a valid module");
             for (member, offset) in members(&module) {
                 let at = &buffer[uniform.offset as usize + offset..];
                 let number = member.strip_prefix("kernel").and_then(|number| number.parse::<usize>().ok());

@@ -50,7 +50,7 @@ fn textures_of_a_module_are_limited_as_each_of_them_must_be() {
         let graph = built_in(&name);
         let plan = plan_everything(&graph, Format::Rgba32Float, all_formats(), Options::default());
         for (index, planned) in plan.passes.iter().enumerate() {
-            let mode = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).sample_mode;
+            let mode = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}")).sample_mode;
             let textures = || planned.pass.kernels.iter().flat_map(KernelCall::textures).map(|image| plan.image(image));
             for image in textures().filter(|_| mode >= SampleMode::Sanitized) {
                 let wanted = SampleMode::sanitizing(image.signedness);

@@ -3,6 +3,7 @@
 use afterimage_graph::check::{Facts, GraphInput};
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Resource;
+use afterimage_plan::codegen::CodeOptions;
 use afterimage_plan::{HostImageDesc, HostInputs, Options, Part, Plan, PlanRequest, Requirement, plan, verify};
 
 use super::support::{FRAME, all_formats, built_in};
@@ -35,7 +36,9 @@ fn every_pipeline_can_have_all_its_images_in_rectangles() {
             assert!(plan.passes.len() <= whole.passes.len() + more, "{name}: {} passes", plan.passes.len());
             assert!(plan.hash() != whole.hash() && plan.to_json().contains("\"in_rectangle\": true"), "{name}");
             for index in 0..plan.passes.len() {
-                let composed = plan.compose(index, true).unwrap_or_else(|error| panic!("{name}: {error}"));
+                let composed = plan
+                    .compose(index, CodeOptions { immediates: true, ..Default::default() })
+                    .unwrap_or_else(|error| panic!("{name}: {error}"));
                 composed.validate().unwrap_or_else(|error| panic!("{name}: {error}"));
             }
             places(name, &plan);

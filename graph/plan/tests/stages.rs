@@ -372,7 +372,7 @@ fn functions_sanitize_what_they_read_of_the_host() {
     assert_eq!(plan.image(host).sample_mode, SampleMode::SanitizedLight);
     for (index, pass) in plan.work().enumerate() {
         let reads_host = pass.args().filter_map(Arg::read).any(|read| read.image() == Some(host));
-        let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
+        let source = plan.compose(index, Default::default()).unwrap_or_else(|error| panic!("{error}")).source;
         let sanitizes = source.contains("TEXEL_SANITIZE: u32 = 3u") || source.contains(", at0.pixel, host0_0, 3u)");
         assert_eq!(sanitizes, reads_host, "{}:\n{source}", pass.label);
     }
@@ -397,7 +397,7 @@ fn large(node: &str, finite: bool) -> Plan {
 #[test]
 fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
     let plan = large(r#"Exposure(source: "in", stops: 1.0)"#, false);
-    let source = plan.compose(0, false).unwrap_or_else(|error| panic!("{error}")).source;
+    let source = plan.compose(0, Default::default()).unwrap_or_else(|error| panic!("{error}")).source;
     let entry = source.split("@compute").nth(1).and_then(|code| code.split("@vertex").next()).expect("an entry point");
     let loads: Vec<usize> = entry.match_indices("textureLoad").map(|(at, _)| at).collect();
     let examined = entry.find("sanitize").expect("the pixels are examined");

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
 use afterimage_graph::node::PassKind;
-use afterimage_plan::codegen::{Slot, SlotKind};
+use afterimage_plan::codegen::{CodeOptions, Slot, SlotKind};
 use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 
 use super::support::{all_formats, built_in, plan_images};
@@ -16,7 +16,8 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
     let mut with_frame = 0;
     for (index, planned) in plan.passes.iter().enumerate().filter(|(_, p)| p.pass.kind == PassKind::Compute) {
         let compose = |immediates| {
-            plan.compose(index, immediates).unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label))
+            plan.compose(index, CodeOptions { immediates, ..Default::default() })
+                .unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label))
         };
         let (bound, immediate) = (compose(false), compose(true));
         let has_frame = bound.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
@@ -30,6 +31,30 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
         with_frame += usize::from(has_frame);
     }
     assert!(with_frame > 0, "a kernel adapts over time");
+}
+
+/// Parameters in a storage buffer take the binding of the uniform.
+#[test]
+fn functions_read_their_parameters_from_a_storage_buffer_if_asked_to() {
+    let graph = built_in("exposure.ron");
+    let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let mut with_params = 0;
+    for index in 0..plan.passes.len() {
+        let compose = |params_in_storage| {
+            let options = CodeOptions { params_in_storage, ..CodeOptions::default() };
+            plan.compose(index, options).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let (uniform, stored) = (compose(false), compose(true));
+        let places = |slots: &[Slot], kind| slots.iter().position(|slot| slot.kind == kind);
+        let place = places(&stored.slots, SlotKind::StoredParams);
+        if plan.passes[index].pass.kind != PassKind::Compute {
+            assert_eq!(place, places(&uniform.slots, SlotKind::Params));
+        }
+        assert_eq!(stored.source.matches("var<storage, read> params").count(), usize::from(place.is_some()));
+        stored.validate().unwrap_or_else(|error| panic!("{error}"));
+        with_params += usize::from(place.is_some());
+    }
+    assert!(with_params > 0);
 }
 
 /// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.

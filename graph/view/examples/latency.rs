@@ -163,7 +163,7 @@ impl Bench {
         let refused = nothing.clone();
         let new_files = NewFiles::Asked(Box::new(move |_, _| Err(refused.clone())));
         let mut bench = Self {
-            ui: UiRenderer::new(model, FORMAT, Box::new(move |_, _| Err(nothing.clone())), new_files),
+            ui: UiRenderer::new(model, FORMAT, Box::new(move |_| Err(nothing.clone())), new_files),
             view: target.create_view(&Default::default()),
             gpu: gpu.clone(),
         };

@@ -18,7 +18,7 @@ mod ui;
 mod ui_renderer;
 
 #[cfg(not(target_family = "wasm"))]
-pub use desktop::{Desktop, MakeImages, Wake};
+pub use desktop::{Desktop, Wake};
 pub use model::*;
 pub use problem::Problem;
 pub use ui::{Comparison, ExportKind, Exported, MakeProject, NewFiles, PictureView, Subject, Tab, Tabs, Viewer};

@@ -2,6 +2,7 @@
 
 use afterimage::host::PostError;
 use afterimage_gpu::GpuError;
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::diagnostic::Diagnostics;
 
 /// An error that the viewer shows.
@@ -33,9 +34,14 @@ impl Problem {
         }
     }
 
-    pub(crate) fn no_image(input: &str) -> Self {
-        Self::message(format!("the pipeline needs an image for its input `{input}`"))
-            .hint("drop an EXR, HDR, PNG or JPEG file on the row of this input, or choose another pipeline")
+    /// An input that must have an image or a camera, and has none.
+    pub(crate) fn no_file(input: &GraphInput) -> Self {
+        let (what, files) = match input.block {
+            Some(_) => ("a camera", "a JSON file with its matrices, or an EXR file that states them,"),
+            None => ("an image", "an EXR, HDR, PNG or JPEG file"),
+        };
+        Self::message(format!("the pipeline needs {what} for its input `{}`", input.name))
+            .hint(format!("name {files} in the row of this input, under Inputs, or choose another pipeline"))
     }
 }
 

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::time::Instant;
 
-use afterimage_gpu::{Gpu, wgpu};
+use afterimage_gpu::wgpu;
 use egui::epaint::{ImageDelta, TextureAtlas};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 
 use crate::render::device::onto;
-use crate::{Images, Model, NewFiles, Problem, Project, Viewer};
+use crate::{InputFile, Model, NewFiles, Problem, Project, Viewer};
 
 /// The viewer with the renderer of its user interface.
 pub struct UiRenderer {
@@ -20,13 +20,13 @@ pub struct UiRenderer {
     own_ms: f64,
 }
 
-/// The content of a dropped file.
+/// A file that was dropped or named.
 pub enum Opened {
     Pipeline(Box<dyn Project>),
-    Images(Images),
+    Input(InputFile),
 }
 
-pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
+pub type OpenFile = Box<dyn Fn(&Path) -> Result<Opened, Problem>>;
 
 /// The target of a frame.
 #[derive(Clone, Copy)]
@@ -69,7 +69,10 @@ impl UiRenderer {
     /// The renderer of egui panics on a lost device: check [`Model::has_device`] before.
     pub fn frame(&mut self, input: egui::RawInput, target: FrameTarget<'_>, elapsed: f64) -> egui::FullOutput {
         let begin = Instant::now();
-        input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
+        input.dropped_files.iter().for_each(|file| self.open_file(file.path(), None));
+        if let Some((input, path)) = self.viewer.take_named_file() {
+            self.open_file(&path, Some(&input));
+        }
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();
         self.viewer.render(&mut encoder, elapsed);
@@ -92,10 +95,11 @@ impl UiRenderer {
         output
     }
 
-    fn drop_file(&mut self, path: &Path) {
-        match (self.open)(self.viewer.model.gpu(), path) {
+    /// Opens a file that is dropped, or that is named for an input.
+    fn open_file(&mut self, path: &Path, input: Option<&str>) {
+        match (self.open)(path) {
             Ok(Opened::Pipeline(project)) => self.viewer.open(project),
-            Ok(Opened::Images(images)) => self.viewer.model.set_images(images),
+            Ok(Opened::Input(file)) => self.viewer.open_input(&self.ctx, file, input),
             Err(problem) => self.viewer.tell(&self.ctx, problem.to_string()),
         }
     }

@@ -2,8 +2,10 @@
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod files;
+mod inputs;
 mod model;
 mod screen;
+mod statements;
 mod support;
 mod unsaved;
 mod upkeep;

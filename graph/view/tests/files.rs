@@ -4,12 +4,11 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
+use crate::support::{apart, flat, model, of, parameter, picture, render, settle};
 use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{Type, Value};
-use afterimage_media::{Picture, Pixels};
-use afterimage_view::{Files, Images, Model, Project, Target, TextProject};
+use afterimage_view::{InputFile, Model, Problem, Project, Target, TextProject};
 
 /// The first frame, as a program that is just started shows it.
 fn first_frame(model: &mut Model) -> Texels {
@@ -152,15 +151,13 @@ fn a_number_that_changes_in_the_text_again_needs_no_plan() {
 fn an_image_that_changes_is_read_again_and_a_broken_one_leaves_the_picture() {
     let (gray, is_new) = (Rc::new(Cell::new(Ok(0.2_f32))), Rc::new(Cell::new(false)));
     let (read_gray, asked) = (gray.clone(), is_new.clone());
-    let read = move |_| {
-        let level = read_gray.get().map_err(|()| "half a file".to_owned())?;
-        let texels = (0..SIZE.width * SIZE.height).flat_map(|_| [level, level, level, 1.0]).collect();
-        Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
+    let read = move || {
+        let level = read_gray.get().map_err(|()| Problem::message("half a file"))?;
+        Ok([level, level, level, 1.0])
     };
-    let mut files = Files::new(gpu(), 1, 24.0, Box::new(read)).unwrap();
-    files.follow_by(Box::new(move || asked.take()));
+    let file = InputFile { have_changed: Box::new(move || asked.take()), ..flat("gray.exr", read) };
     let mut model = model("lynx");
-    model.set_images(Images::Files(Box::new(files)));
+    model.set_input(None, Some(file)).unwrap();
     let dark = first_frame(&mut model);
     gray.set(Ok(0.6));
     model.follow_files(None);

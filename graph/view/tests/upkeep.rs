@@ -1,9 +1,9 @@
 //! Recovery from texts with errors and lost devices, and sequences of images.
 
-use crate::support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
+use crate::support::{SIZE, Window, apart, gpu, image, model, of, parameter, picture, render, settle};
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::value::Value;
-use afterimage_media::{Picture, Pixels};
-use afterimage_view::{Files, Images, Model, Problem, Rendered, Scene, TextProject};
+use afterimage_view::{Images, InputFile, Model, Problem, Rendered, Scene, TextProject};
 
 #[test]
 fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
@@ -81,14 +81,11 @@ fn the_whole_window_goes_on_after_its_device_is_lost() {
     assert!(equal * 100 > before.bytes.len() * 96, "{equal} of {}", before.bytes.len());
 }
 
-/// A sequence of frames of one gray each, three in a second.
-fn sequence(lights: &'static [f32]) -> Images {
-    let read = move |index: usize| {
-        let texel = [lights[index], lights[index], lights[index], 1.0];
-        let texels = (0..SIZE.width * SIZE.height).flat_map(|_| texel).collect();
-        Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
-    };
-    Images::Files(Box::new(Files::new(gpu(), lights.len(), 3.0, Box::new(read)).unwrap()))
+/// A sequence of frames of one gray each, three in a second. The first number is 11.
+fn sequence(lights: &'static [f32]) -> InputFile {
+    let read = move |_: &GraphInput, index: usize| Ok(image([lights[index], lights[index], lights[index], 1.0]));
+    let numbers = (11..).take(lights.len()).collect();
+    InputFile { numbers, fps: 3.0, ..InputFile::still("gray.####.exr", Box::new(read)) }
 }
 
 #[test]
@@ -96,7 +93,8 @@ fn a_sequence_adapts_while_it_plays_and_a_frame_that_is_gone_to_has_no_history()
     const LIGHTS: &[f32] = &[0.02, 2.0, 2.0];
     let at = |seconds: f64, plays: bool| {
         let mut model = model("exposure");
-        model.set_images(sequence(LIGHTS));
+        model.set_input(None, Some(sequence(LIGHTS))).unwrap();
+        assert_eq!((model.images_length(), model.images().frame_number()), (Some((3, 3.0)), Some(11)));
         if plays {
             settle(&mut model);
             model.clock().is_playing = true;
@@ -109,10 +107,10 @@ fn a_sequence_adapts_while_it_plays_and_a_frame_that_is_gone_to_has_no_history()
             settle(&mut model);
             assert!(model.clock().is_cut_shown(), "the window says that the frame has no history");
         }
+        assert_eq!(model.images().frame_number(), Some(12));
         let texels = picture(&model).to_floats();
         f64::from(texels[texels.len() / 2][1])
     };
-    assert_eq!(sequence(LIGHTS).length(), Some((3, 3.0)));
     // The eye is used to the dark when the light comes on.
     let (played, sought) = (at(0.4, true), at(0.4, false));
     assert!(played > sought + 0.1, "{played} {sought}");

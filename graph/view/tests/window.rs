@@ -7,9 +7,6 @@ use afterimage_graph::value::Value;
 use afterimage_view::{CompareWith, Comparison, ExportKind, InspectedWire, Tab, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
 
-/// The columns in which the fact of `caracal.ron` is set to no, to yes, to unknown.
-const FACT_COLUMNS: [f32; 3] = [185.0, 215.0, 138.0];
-const FACT_ROW: f32 = 93.0;
 /// A place in the picture.
 const PLACE: egui::Pos2 = pos2(660.0, 230.0);
 
@@ -185,9 +182,9 @@ fn closing_asks_while_changes_are_not_saved() {
 fn a_fact_is_unknown_no_or_yes_and_goes_back() {
     let mut window = open("caracal");
     let mut seen = Vec::new();
-    // The row of the fact, below its heading: unknown, no, yes.
-    for x in FACT_COLUMNS {
-        window.click(pos2(x, FACT_ROW));
+    for value in ["no", "yes", "unknown"] {
+        let button = window.place_of(value);
+        window.click(button);
         seen.push(window.ui.viewer.model.fact("emissive"));
     }
     assert_eq!(seen, [Some(Fact::Flag(false)), Some(Fact::Flag(true)), None]);
@@ -344,4 +341,124 @@ fn the_picture_alone_fills_the_window() {
     (0..2).for_each(|_| window.frame(Vec::new()));
     let (left, right) = picture_columns(&window);
     assert_eq!((left, right), (0.0, WINDOW[0] as f32 - 1.0));
+}
+
+#[test]
+fn a_tier_is_named_by_keys_that_are_no_commands_and_enter_saves_it() {
+    let mut window = open("lynx");
+    window.ui.viewer.model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(0.45)));
+    window.ui.viewer.model.release();
+    window.frame(Vec::new());
+    let button = window.place_of("Save as tier");
+    window.click(button);
+    window.frame(Vec::new());
+    // A click into the field does not close it.
+    let field = window.place_of("The changes become a tier of this name:") + vec2(0.0, 20.0);
+    window.click(field);
+    for (key, letter) in [(Key::H, "h"), (Key::G, "g"), (Key::R, "r")] {
+        window.frame(vec![Event::Text(letter.into())]);
+        window.key(key, Modifiers::NONE);
+    }
+    let viewer = &window.ui.viewer;
+    assert_eq!((viewer.is_bare, viewer.tabs.open, viewer.model.compared()), (false, Some(Tab::Graph), None));
+    window.key(Key::Enter, Modifiers::NONE);
+    window.frame(Vec::new());
+    let editor = window.ui.viewer.model.editor();
+    assert_eq!((editor.tier(), editor.is_saved()), (Some("hgr"), true));
+    assert!(!window.says("become a tier"));
+}
+
+#[test]
+fn letters_are_commands_while_the_picture_has_the_focus_alone() {
+    let mut window = open("lynx");
+    // Beside the field, in the panel of the parameters.
+    window.click(pos2(150.0, 320.0));
+    for key in [Key::H, Key::G, Key::D] {
+        window.frame(vec![Event::Text(key.name().to_lowercase())]);
+        window.key(key, Modifiers::NONE);
+    }
+    let viewer = &window.ui.viewer;
+    assert_eq!((viewer.is_bare, viewer.tabs.open, viewer.model.compared()), (false, Some(Tab::Graph), None));
+    assert!(window.says("click it, or press Esc"));
+    window.key(Key::Escape, Modifiers::NONE);
+    window.key(Key::G, Modifiers::NONE);
+    assert_eq!(window.ui.viewer.tabs.open, None);
+    window.click(pos2(150.0, 320.0));
+    window.click(PLACE);
+    window.key(Key::G, Modifiers::NONE);
+    assert_eq!(window.ui.viewer.tabs.open, Some(Tab::Graph));
+    // While a question is open, no letter is a command.
+    window.ui.viewer.model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(0.45)));
+    window.ui.viewer.close();
+    window.frame(Vec::new());
+    window.key(Key::H, Modifiers::NONE);
+    assert!(!window.ui.viewer.is_bare);
+}
+
+#[test]
+fn a_list_is_chosen_from_by_keys_that_are_no_commands() {
+    let mut window = open("tsushima");
+    let list = window.place_of("no tier");
+    window.click(list);
+    window.frame(Vec::new());
+    let comparison = window.ui.viewer.picture.comparison;
+    window.key(Key::B, Modifiers::NONE);
+    assert_eq!(window.ui.viewer.picture.comparison, comparison);
+    window.key(Key::ArrowDown, Modifiers::NONE);
+    window.key(Key::ArrowDown, Modifiers::NONE);
+    window.key(Key::Enter, Modifiers::NONE);
+    window.frame(Vec::new());
+    let second = window.ui.viewer.model.editor().tiers()[1].clone();
+    assert_eq!(window.ui.viewer.model.editor().tier(), Some(&*second));
+    // The first letter of an entry goes to it.
+    let list = window.place_of(&second);
+    window.click(list);
+    window.frame(Vec::new());
+    window.frame(vec![Event::Text("l".into())]);
+    window.key(Key::Enter, Modifiers::NONE);
+    window.frame(Vec::new());
+    assert_eq!(window.ui.viewer.model.editor().tier(), Some("low"));
+}
+
+/// Areas of the boxes of nodes that are shown, by their names.
+fn nodes(window: &mut Window) -> Vec<(String, egui::Rect)> {
+    let graph = window.ui.viewer.model.editor().graph().unwrap().clone();
+    let below = |area: &egui::Rect| area.min.y > 500.0;
+    let shown = window.texts();
+    let of = |node: &afterimage_graph::check::GraphNode| {
+        shown.iter().find(|(text, area)| *text == node.name && below(area)).cloned()
+    };
+    graph.nodes.iter().filter_map(of).collect()
+}
+
+#[test]
+fn the_whole_graph_is_shown_and_the_wheel_never_loses_it() {
+    for (name, _) in afterimage_pipelines::PIPELINES {
+        let mut window = open(name);
+        window.ui.viewer.tabs.open = Some(Tab::Graph);
+        window.frame(Vec::new());
+        let all = window.ui.viewer.model.editor().graph().unwrap().nodes.len();
+        assert_eq!(nodes(&mut window).len(), all, "{name}");
+    }
+    let mut window = open("lynx");
+    let before = nodes(&mut window);
+    let (_, area) = before.iter().find(|(name, _)| name == "mips").unwrap().clone();
+    let at = area.center();
+    window.frame(vec![Event::PointerMoved(at)]);
+    let wheel = |turn: f32| Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: vec2(0.0, turn),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    };
+    (0..4).for_each(|_| window.frame(vec![wheel(60.0)]));
+    (0..40).for_each(|_| window.frame(Vec::new()));
+    let (_, enlarged) = nodes(&mut window).into_iter().find(|(name, _)| name == "mips").unwrap();
+    assert!(enlarged.height() > 1.3 * area.height(), "{area:?} {enlarged:?}");
+    assert!((enlarged.center() - at).length() < 30.0, "it stays under the pointer: {at:?} {enlarged:?}");
+    for turn in [-120.0, 120.0] {
+        (0..40).for_each(|_| window.frame(vec![wheel(turn)]));
+        (0..40).for_each(|_| window.frame(Vec::new()));
+        assert!(!nodes(&mut window).is_empty(), "{turn}");
+    }
 }

@@ -79,6 +79,14 @@ impl ReadArgs {
         ReadOptions { space, data_window: self.window == WindowChoice::Data, ..budget.into() }
     }
 
+    /// The options for reading the files of an input; `None` for one that the pipeline does not have.
+    pub(crate) fn options_for(&self, budget: Budget, input: Option<&GraphInput>) -> ReadOptions {
+        let space = input.and_then(|input| self.space_of(input));
+        // A mask in alpha says nothing about the light beside it.
+        let is_mask = input.is_some_and(|input| input.needs_alpha || input.state == ColorState::Data);
+        ReadOptions { premultiplied: !is_mask, ..self.options(budget, space) }
+    }
+
     /// The space that the command line states for the files of an input; that with its name counts first.
     pub(crate) fn space_of(&self, input: &GraphInput) -> Option<ColorSpace> {
         self.given_for(input).map(|given| given.space)
@@ -152,7 +160,7 @@ fn compressions() -> impl TypedValueParser<Value = ExrCompression> {
 }
 
 /// `ACEScg` or `albedo=ACEScg`.
-fn parse_input_space(text: &str) -> Result<InputSpace, String> {
+pub(crate) fn parse_input_space(text: &str) -> Result<InputSpace, String> {
     let (input, name) = text.split_once('=').map_or((None, text), |(input, name)| (Some(input.to_owned()), name));
     if let Some(space) = ColorSpace::named(name) {
         return Ok(InputSpace { input, space, of_config: None });

@@ -4,15 +4,28 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::headings::{MACHINE, PIPELINE, SEQUENCES};
+use super::files::{InputSpace, parse_input_space};
+use super::headings::{INPUT_FILES, MACHINE, PIPELINE, SEQUENCES};
 use super::options::{ImageOptions, KindOptions, parse_fps, parse_size};
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArgs {
     /// The pipeline file, or the name of a built-in pipeline; by default `tsushima`
     pub(crate) pipeline: Option<PathBuf>,
-    /// The image for the pipeline's first input, as for `render`; by default the built-in scene, which moves
+    /// The image for the pipeline's first input, as for `render`; by default the built-in scene, which moves. It may
+    /// stand before the pipeline, or alone
     pub(crate) input: Option<String>,
+    /// The image for another input, or a camera, as for `render`: `--input depth=depth.exr --input camera=camera.json`
+    #[arg(help_heading = INPUT_FILES, long = "input", value_name = "NAME=FILE")]
+    pub(crate) inputs: Vec<String>,
+    /// What the numbers of the images mean, whatever the files state, as for `render`: `ACEScg`, or for one input
+    /// `albedo=Rec709`
+    #[arg(help_heading = INPUT_FILES, long, value_name = "[INPUT=]SPACE", value_parser = parse_input_space)]
+    pub(crate) input_space: Vec<InputSpace>,
+    /// Slices of the images of volumes, which lie one below the other, the nearest first
+    #[arg(help_heading = INPUT_FILES, long, value_name = "COUNT")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=2048))]
+    pub(crate) slices: Option<u32>,
     /// The tier to begin with
     #[arg(help_heading = PIPELINE, long)]
     pub(crate) tier: Option<String>,

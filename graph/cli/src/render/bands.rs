@@ -9,14 +9,15 @@ use std::time::{Duration, Instant};
 use afterimage::offline::Session;
 use afterimage_gpu::{BandReader, BandWriter, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_media::{Encoding, ImageFile, ImageFormat, Metadata, ReadOptions, Source, left_out, read_within};
+use afterimage_media::{
+    Encoding, ImageFile, ImageFormat, Metadata, ReadOptions, Repairs, Source, left_out, read_within,
+};
 use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
 use super::metered::names;
 use super::read::InputPicture;
 use super::readings::{Reading, reading, value_of};
-use super::repairs::Repairs;
 use super::request::Request;
 use super::write::original;
 use crate::args::Crop;

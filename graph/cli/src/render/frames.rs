@@ -7,14 +7,13 @@ use std::time::{Duration, Instant};
 use afterimage::offline::{Session, faults, frame_size, metering, timing};
 use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Texels};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
-use afterimage_media::{Alpha, Encoding, ImageFormat};
+use afterimage_media::{Alpha, Encoding, ImageFormat, Repairs, is_opaque};
 use afterimage_plan::{Plan, PlanOutput};
 
 use super::bands;
 use super::metered::{MeasuringPlan, has_meter, names, unmetered};
 use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Reading, Report, read_meters, value_of};
-use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
 use super::times::Times;

@@ -9,7 +9,6 @@ mod metered;
 mod prepared;
 mod read;
 mod readings;
-mod repairs;
 mod request;
 mod stages;
 mod target;
@@ -32,6 +31,8 @@ use times::Times;
 
 pub(crate) use jobs::tell_other_numbers;
 pub(crate) use meter::run as meter;
+pub(crate) use read::volume;
+pub(crate) use request::check_input_names;
 pub(crate) use target::choose_output;
 pub(crate) use watch_cache::WatchCache;
 

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use afterimage_graph::image::{ColorState, ImageDesc, Signedness, Size};
+use afterimage_graph::image::{ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
 use afterimage_media::film::{Film, FilmReader};
-use afterimage_media::{ErrorKind, FileError, Picture, Pixels, ReadOptions, Source, read_standard_input, read_within};
+use afterimage_media::{
+    ErrorKind, FileError, Picture, Pixels, ReadOptions, Repairs, Source, is_opaque, read_standard_input, read_within,
+};
 
 use super::jobs::Job;
-use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::STANDARD;
 use crate::args::files::{MissingFrames, OtherSize};
@@ -251,11 +252,7 @@ fn in_size(
 /// Options of reading the files of an input.
 pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
     let input = request.inputs.iter().find(|input| input.name == name);
-    let space = input.and_then(|input| request.args.reading.space_of(input));
-    let options = request.args.reading.options(request.args.images.budget(), space);
-    // A mask in alpha says nothing about the light beside it.
-    let is_mask = input.is_some_and(|input| input.needs_alpha || input.state == ColorState::Data);
-    ReadOptions { premultiplied: !is_mask, ..options }
+    request.args.reading.options_for(request.args.images.budget(), input)
 }
 
 /// Refuses the color space of an input that the pipeline does not have.
@@ -272,7 +269,7 @@ pub(super) fn check_spaces(request: &Request<'_>) -> Result<(), Failure> {
 }
 
 /// The volume whose slices an image has one below the other.
-fn volume(name: &str, desc: ImageDesc, slices: Option<u32>) -> Result<ImageDesc, Failure> {
+pub(crate) fn volume(name: &str, desc: ImageDesc, slices: Option<u32>) -> Result<ImageDesc, Failure> {
     let Some(slices) = slices else {
         return Err(Failure::user(format!("input `{name}` is a volume, and the image does not say how deep"))
             .hint("state the number of slices, which lie one below the other: `--slices 64`"));

@@ -6,12 +6,11 @@ use std::path::{Path, PathBuf};
 
 use afterimage::offline::Session;
 use afterimage_graph::check::Graph;
-use afterimage_media::write_atomic;
+use afterimage_media::{Repairs, write_atomic};
 use afterimage_nodes::EV100_OF_LUMINANCE;
 use serde::Serialize;
 
 use super::jobs::Job;
-use super::repairs::Repairs;
 use crate::failure::Failure;
 
 /// The kinds whose value is an exposure: stops, metered mean in log2, lux, and 1 once they are valid.

@@ -283,10 +283,7 @@ fn input_files(
     graph: &Graph,
     mut files: Vec<(String, String)>,
 ) -> Result<Vec<(String, String)>, Failure> {
-    let known: Vec<&str> = graph.inputs.iter().map(|input| input.name.as_str()).collect();
-    if let Some((name, _)) = files.iter().find(|(name, _)| !known.contains(&name.as_str())) {
-        return Err(unknown_input(name, &known));
-    }
+    check_input_names(graph, &files)?;
     let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
     if let Some(file) = &args.input {
         let is_free = |input: &&GraphInput| is_picture(input) && !given(&input.name, &files);
@@ -299,6 +296,15 @@ fn input_files(
         None => Ok(files),
         Some(input) if is_camera(input) => Err(missing_camera(&input.name)),
         Some(input) => Err(missing_input(&input.name)),
+    }
+}
+
+/// Refuses files for inputs that the pipeline does not have.
+pub(crate) fn check_input_names(graph: &Graph, files: &[(String, String)]) -> Result<(), Failure> {
+    let known: Vec<&str> = graph.inputs.iter().map(|input| input.name.as_str()).collect();
+    match files.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+        Some((name, _)) => Err(unknown_input(name, &known)),
+        None => Ok(()),
     }
 }
 

@@ -7,47 +7,62 @@ use std::path::Path;
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
+use afterimage_view::{Desktop, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
-use crate::built_in::hint;
+use crate::built_in::{self, hint, is_pipeline};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::PipelineFile;
+use crate::files::{Files, is_image_name, read_document, registry};
+use crate::pipeline::{PipelineFile, assignments};
+use crate::render::check_input_names;
 use open::Opener;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";
 
 pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    check_fact_names(args, tables)?;
+    let named = assignments(&args.inputs, "--input")?;
+    check_names(args, &named, tables)?;
     let opener = Opener::new(args, tables);
-    let images = args.input.clone().map(|file| opener.clone().images(file));
-    let size = Size::new(args.size.0, args.size.1);
+    let named = named.into_iter().map(|(input, file)| (Some(input), file));
+    let files = args.input.clone().map(|file| (None, file)).into_iter().chain(named);
+    let inputs = files.map(|(input, file)| Ok((input, opener.input(&file)?))).collect::<Result<_, Failure>>()?;
     let desktop = Desktop {
         adapter: args.adapter.clone(),
         size: [args.window.0.into(), args.window.1.into()],
         project: project(args, &opener)?,
         wake: opener.wake.clone(),
-        images: Box::new(move |gpu| match &images {
-            Some(images) => images(gpu),
-            None => Ok(Images::Scene(Box::new(Scene::new(gpu, size)?))),
-        }),
+        scene: Size::new(args.size.0, args.size.1),
+        inputs,
         new_file: Box::new({
             let opener = opener.clone();
             move |path, named| opener.new_file(path, named)
         }),
-        open: Box::new(move |gpu, path| opener.open(gpu, path)),
+        open: Box::new(move |path| opener.open(path)),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
     Ok(desktop.run()?)
 }
 
-/// A fact that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
-fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    if args.facts.is_empty() {
+/// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the first
+/// pipeline.
+pub(crate) fn put_in_order(args: &mut ViewArgs) {
+    let Some(pipeline) = &mut args.pipeline else { return };
+    built_in::put_in_order(pipeline, &mut args.input);
+    let name = pipeline.to_string_lossy().into_owned();
+    // A layer stands after `#`.
+    let file = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
+    let is_image = [&*name, file].iter().any(|name| is_image_name(Path::new(&name.to_lowercase())));
+    if args.input.is_none() && is_image && !is_pipeline(pipeline) {
+        (args.pipeline, args.input) = (None, Some(name));
+    }
+}
+
+/// A fact or an input that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
+fn check_names(args: &ViewArgs, inputs: &[(String, String)], tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    if args.facts.is_empty() && inputs.is_empty() {
         return Ok(());
     }
     let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
@@ -57,7 +72,8 @@ fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
     let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };
     match PipelineFile::new(&document, &registry, &files).check(&options) {
-        Ok(_) | Err(Failure::Pipeline(_)) => Ok(()),
+        Ok((graph, _)) => check_input_names(&graph, inputs),
+        Err(Failure::Pipeline(_)) => Ok(()),
         Err(failure) => Err(failure),
     }
 }
@@ -84,6 +100,32 @@ impl From<Problem> for Failure {
             Problem::Pipeline(errors) => Self::Pipeline(errors),
             Problem::Message { message, hint: Some(hint) } => Self::machine(message).hint(hint),
             other => Self::machine(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn an_image_to_look_at_may_stand_before_the_pipeline_or_alone() {
+        for (words, pipeline, image) in [
+            (&["lynx", "photo.exr"][..], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr", "lynx"], Some("lynx"), Some("photo.exr")),
+            (&["photo.exr"], None, Some("photo.exr")),
+            (&["shot.####.EXR#diffuse"], None, Some("shot.####.EXR#diffuse")),
+            (&["lynx"], Some("lynx"), None),
+            (&[], None, None),
+        ] {
+            let arguments = Arguments::try_parse_from([&["afterimage", "view"], words].concat()).expect("it is valid");
+            let Command::View(mut args) = arguments.command else { panic!("it is another command") };
+            put_in_order(&mut args);
+            let found = (args.pipeline.as_deref(), args.input.as_deref());
+            assert_eq!(found, (pipeline.map(Path::new), image), "{words:?}");
         }
     }
 }

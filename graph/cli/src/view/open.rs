@@ -1,35 +1,39 @@
-//! Files that the viewer opens: pipelines, images and sequences.
+//! Files that the viewer opens: pipelines, images, cameras and sequences.
 
 use std::path::Path;
 use std::rc::Rc;
 
-use afterimage_gpu::Gpu;
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::{Budget, FileError, FileWatch, read_within, sequence};
-use afterimage_view::{Files, Images, NamedFile, Opened, Problem, Project, Wake};
+use afterimage_media::{Budget, FileWatch, Source, read_within, sequence};
+use afterimage_view::{InputData, InputFile, NamedFile, Opened, Problem, Project, Wake};
 
 use super::project::FileProject;
 use crate::args::KindOptions;
+use crate::args::files::ReadArgs;
 use crate::args::view::ViewArgs;
+use crate::cameras::{CameraFile, is_camera};
+use crate::failure::Failure;
+use crate::render::volume;
 
 #[derive(Clone)]
 pub(super) struct Opener {
     options: KindOptions,
     kinds: Rc<Vec<NodeKind>>,
+    reading: ReadArgs,
+    slices: Option<u32>,
     budget: Budget,
     fps: f64,
     /// Draws a frame when a file has changed.
     pub(super) wake: Wake,
 }
 
-/// Makes images on a device.
-type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
-
 impl Opener {
     pub(super) fn new(args: &ViewArgs, tables: &[&[NodeKind]]) -> Self {
         let kinds = Rc::new(tables.iter().flat_map(|table| table.iter().cloned()).collect());
         let (options, budget, fps) = (args.kinds.clone(), args.images.budget(), f64::from(args.fps));
-        Self { options, kinds, budget, fps, wake: Wake::default() }
+        let reading = ReadArgs { input_space: args.input_space.clone(), ..ReadArgs::default() };
+        Self { options, kinds, reading, slices: args.slices, budget, fps, wake: Wake::default() }
     }
 
     pub(super) fn project(&self, path: &Path) -> FileProject {
@@ -42,32 +46,55 @@ impl Opener {
         Ok(Box::new(project))
     }
 
-    /// A file that is dropped on the window.
-    pub(super) fn open(&self, gpu: &Gpu, path: &Path) -> Result<Opened, Problem> {
+    /// A file that is dropped on the window, or whose name is typed.
+    pub(super) fn open(&self, path: &Path) -> Result<Opened, Problem> {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ron")) {
             return Ok(Opened::Pipeline(Box::new(self.project(path))));
         }
-        Ok(Opened::Images(self.clone().images(path.to_string_lossy().into_owned())(gpu)?))
+        Ok(Opened::Input(self.input(&path.to_string_lossy()).map_err(problem)?))
     }
 
-    /// The images of a file or of a sequence.
-    pub(super) fn images(self, file: String) -> MakeImages {
-        Box::new(move |gpu| {
-            let sources = sequence::Input::find(&file, None).map_err(|error| unreadable(&error))?.sources();
-            let (budget, count, wake) = (self.budget, sources.len(), self.wake.clone());
-            let mut watch = FileWatch::new(move || wake.call());
-            watch.extend(sources.iter().map(|(_, source)| source.path.clone()));
-            let read = move |index: usize| {
-                let source: &(_, afterimage_media::Source) = &sources[index];
-                read_within(&source.1, budget).map_err(|error| error.to_string())
-            };
-            let mut files = Files::new(gpu, count, self.fps, Box::new(read))?;
-            files.follow_by(Box::new(move || !watch.changed().is_empty()));
-            Ok(Images::Files(Box::new(files)))
+    /// A file or a sequence for an input.
+    pub(super) fn input(&self, name: &str) -> Result<InputFile, Failure> {
+        let (numbers, sources): (Vec<Option<u32>>, Vec<Source>) =
+            sequence::Input::find(name, None)?.sources().into_iter().unzip();
+        let wake = self.wake.clone();
+        let mut watch = FileWatch::new(move || wake.call());
+        watch.extend(sources.iter().map(|source| source.path.clone()));
+        let opener = self.clone();
+        Ok(InputFile {
+            name: name.to_owned(),
+            numbers: numbers.into_iter().flatten().collect(),
+            fps: self.fps,
+            read: Box::new(move |input, index| opener.read(input, &sources, index).map_err(problem)),
+            have_changed: Box::new(move || !watch.changed().is_empty()),
         })
+    }
+
+    /// A frame, as `render` reads it.
+    fn read(&self, input: &GraphInput, sources: &[Source], index: usize) -> Result<InputData, Failure> {
+        if is_camera(input) {
+            let before = index.checked_sub(1).map(|before| CameraFile::read(&sources[before])).transpose()?;
+            let camera = CameraFile::read(&sources[index])?.data(before.as_ref());
+            return Ok(InputData::Block(camera.map_err(Failure::unreadable)?));
+        }
+        let picture = read_within(&sources[index], self.reading.options_for(self.budget, Some(input)))?;
+        #[cfg(feature = "ocio")]
+        let picture = match self.reading.config_space_of(input) {
+            Some(space) => crate::ocio::to_linear(picture, space)?,
+            None => picture,
+        };
+        let desc = match input.volume {
+            true => volume(&input.name, picture.desc(), self.slices)?,
+            false => picture.desc(),
+        };
+        Ok(InputData::Image(Box::new(picture), desc))
     }
 }
 
-fn unreadable(error: &FileError) -> Problem {
-    Problem::message(error.to_string())
+fn problem(failure: Failure) -> Problem {
+    match failure {
+        Failure::Error { message, hint, .. } => Problem::Message { message, hint },
+        other => Problem::message(other.message()),
+    }
 }

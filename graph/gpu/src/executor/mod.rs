@@ -7,7 +7,7 @@ mod frame_counter;
 mod host_bindings;
 mod host_draw;
 mod load;
-mod loaded;
+pub(crate) mod loaded;
 mod record;
 mod recorded;
 mod rectangle;
@@ -114,7 +114,7 @@ impl Executor {
                 pipelines: Arc::default(),
                 compiled: Arc::default(),
                 pool: None,
-                immediates: frame_constants::has_immediates(device),
+                code: frame_constants::code_options(device),
                 broken: made.err(),
             },
             caps,

@@ -63,14 +63,13 @@ pub fn compose_pass(
 }
 
 impl Plan {
-    /// The module that a pass runs; with `immediates` it takes the frame's time from immediates and not from a uniform
-    /// buffer.
+    /// The module that a pass runs. Whether its result has an origin follows from the plan.
     ///
     /// # Errors
     /// What is wrong with a shader, at the author's line.
-    pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
+    pub fn compose(&self, pass: usize, options: CodeOptions) -> Result<Composed, ShaderError> {
         let pass = &self.passes[pass].pass;
-        let options = CodeOptions { immediates, has_origin: self.has_origin(pass) };
+        let options = CodeOptions { has_origin: self.has_origin(pass), ..options };
         compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -235,7 +235,11 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// The variable of the pass's uniform.
     pub(super) fn params(&mut self) -> String {
-        self.variable(SlotKind::Params, "var<uniform>", "params", "PassUniform")
+        let (kind, var) = match self.code.options.params_in_storage {
+            true => (SlotKind::StoredParams, "var<storage, read>"),
+            false => (SlotKind::Params, "var<uniform>"),
+        };
+        self.variable(kind, var, "params", "PassUniform")
     }
 
     /// The name of the variable in the slot of that kind, which is declared when it is first asked for.

@@ -83,7 +83,7 @@ impl Prices {
 
 /// The operations of all invocations of a pass.
 fn operations_of(plan: &Plan, pass: usize) -> f64 {
-    let composed = plan.compose(pass, false).unwrap_or_else(|error| panic!("{error}"));
+    let composed = plan.compose(pass, Default::default()).unwrap_or_else(|error| panic!("{error}"));
     let module = composed.validate().unwrap_or_else(|error| panic!("{error}"));
     let invocations = [plan.passes[pass].workgroups, composed.workgroup].into_iter().flatten().map(f64::from);
     invocations.product::<f64>() * operations(&module, &composed.compute) as f64

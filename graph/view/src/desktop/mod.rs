@@ -6,9 +6,10 @@ mod wake;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{ErrorLog, Gpu};
+use afterimage_gpu::ErrorLog;
 use afterimage_graph::check::Facts;
 use afterimage_graph::diagnostic::shown_path;
+use afterimage_graph::image::Size;
 use afterimage_media::write_atomic;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
@@ -16,7 +17,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
 use crate::Problem;
-use crate::model::{Images, Model, Project};
+use crate::model::{Images, InputFile, Model, Project, Scene};
 use crate::ui::new_file::free_name;
 use crate::ui::{MakeProject, NewFiles};
 use crate::ui_renderer::{FrameTarget, OpenFile, UiRenderer};
@@ -29,9 +30,11 @@ pub struct Desktop {
     /// The size of the window in points.
     pub size: [f64; 2],
     pub project: Box<dyn Project>,
-    /// Makes the images on the device.
-    pub images: MakeImages,
-    /// Opens a file that is dropped.
+    /// The size of the built-in scene, which is shown without files.
+    pub scene: Size,
+    /// The files of inputs; `None` is the first image that the pipeline needs.
+    pub inputs: Vec<(Option<String>, InputFile)>,
+    /// Opens a file that is dropped or named.
     pub open: OpenFile,
     /// Makes the file of a pipeline that has none.
     pub new_file: MakeProject,
@@ -41,8 +44,6 @@ pub struct Desktop {
     /// Draws a frame at once when a file has changed.
     pub wake: Wake,
 }
-
-pub type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
 
 impl Desktop {
     /// Shows the window until it is closed.
@@ -161,9 +162,12 @@ impl Shown {
         let window = Arc::new(window);
         let (gpu, surface) = Surface::open(&window, desktop.adapter.as_deref())?;
         let errors = gpu.log_errors();
-        let images = (desktop.images)(&gpu)?;
-        let mut model = Model::new(&gpu, desktop.project, images);
+        let scene = Scene::new(&gpu, desktop.scene)?;
+        let mut model = Model::new(&gpu, desktop.project, Images::Scene(Box::new(scene)));
         model.set_tier(desktop.tier);
+        for (input, file) in desktop.inputs {
+            model.set_input(input.as_deref(), Some(file))?;
+        }
         // A processor renders for long. While time stands, it renders what a change reaches alone.
         model.clock().is_playing = !gpu.is_processor();
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));

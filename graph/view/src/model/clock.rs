@@ -47,6 +47,11 @@ impl PlayClock {
         (self.time, self.cut, self.was_sought) = (time.max(0.0), true, true);
     }
 
+    /// The number of the shown frame, of which each is a step long.
+    pub fn frame(&self) -> u32 {
+        (self.time / STEP).round() as u32
+    }
+
     /// True if the shown frame was sought: it has no history.
     pub fn is_cut_shown(&self) -> bool {
         self.was_sought

@@ -3,7 +3,7 @@
 /// Another picture to compare the shown one with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CompareWith {
-    /// The pipeline as it is written, without the user's changes.
+    /// The pipeline as the file has it, without the user's changes.
     Written,
     /// The same pipeline with 32-bit intermediates.
     Reference,

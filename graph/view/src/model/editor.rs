@@ -77,7 +77,7 @@ impl Editor {
     }
 
     /// The text has errors, and the graph is that of an earlier text.
-    pub(super) fn has_errors(&self) -> bool {
+    pub fn has_errors(&self) -> bool {
         self.has_errors
     }
 
@@ -204,7 +204,10 @@ impl Editor {
     pub(super) fn graph_to_compare(&mut self, other: &CompareWith) -> Result<Graph, Problem> {
         let no_pipeline = || Problem::message("there is no pipeline to compare with");
         let checked = match other {
-            CompareWith::Written => return self.graph().map(|graph| Graph::clone(graph)).ok_or_else(no_pipeline),
+            CompareWith::Written if !self.changes.is_text_changed() => {
+                return self.graph().map(|graph| Graph::clone(graph)).ok_or_else(no_pipeline);
+            }
+            CompareWith::Written => self.project.check(self.changes.written(), self.changes.tier()),
             CompareWith::Reference => return self.present_graph().ok_or_else(no_pipeline),
             CompareWith::Tier(tier) => self.project.check(self.changes.text(), tier.as_deref()),
             CompareWith::Pipeline(name) => {

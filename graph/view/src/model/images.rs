@@ -10,9 +10,10 @@ use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
 use afterimage_graph::node::{CAMERA, Registry};
+use afterimage_media::Repairs;
 use afterimage_nodes::DemoScene;
 
-use super::{Files, FrameImages, Moment};
+use super::{Files, FrameImages, InputFile, Moment};
 use crate::Problem;
 use crate::render::device::image;
 
@@ -77,7 +78,7 @@ impl Images {
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
         match self {
             Self::Scene(scene) => **scene = Scene::new(gpu, scene.size)?,
-            Self::Files(files) => files.rebuild(gpu)?,
+            Self::Files(files) => files.rebuild(gpu),
         }
         Ok(())
     }
@@ -90,6 +91,61 @@ impl Images {
         match self {
             Self::Scene(_) => Ok(false),
             Self::Files(files) => files.follow(),
+        }
+    }
+
+    /// Gives an input a file, or takes it away; `None` is the first image that a pipeline needs. Without any file the
+    /// built-in scene is shown. `inputs` are those of the pipeline.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the device cannot hold it. Nothing has changed then.
+    pub(super) fn set(
+        &mut self,
+        gpu: &Gpu,
+        input: Option<&str>,
+        file: Option<InputFile>,
+        inputs: &[GraphInput],
+    ) -> Result<(), Problem> {
+        match (&mut *self, file) {
+            (Self::Files(files), Some(file)) => files.set(input, file, inputs)?,
+            (Self::Files(files), None) => {
+                files.remove(input, inputs);
+                if files.is_empty() {
+                    *self = Self::Scene(Box::new(Scene::new(gpu, files.size())?));
+                }
+            }
+            (Self::Scene(scene), Some(file)) => {
+                let mut files = Files::new(gpu, scene.size);
+                files.set(input, file, inputs)?;
+                *self = Self::Files(Box::new(files));
+            }
+            (Self::Scene(_), None) => {}
+        }
+        Ok(())
+    }
+
+    /// What an input gets, for people; `None` for nothing.
+    pub fn name(&self, input: &GraphInput, inputs: &[GraphInput]) -> Option<&str> {
+        match self {
+            Self::Scene(_) if input.block.is_some() => is_camera(input).then_some(SCENE_NAME),
+            Self::Scene(_) => output_for(input, false).map(|_| SCENE_NAME),
+            Self::Files(files) => files.name(input, inputs),
+        }
+    }
+
+    /// The number of the shown frame of a sequence, as its file states it.
+    pub fn frame_number(&self) -> Option<u32> {
+        match self {
+            Self::Scene(_) => None,
+            Self::Files(files) => files.number(),
+        }
+    }
+
+    /// The pixels that no image can show, for each input with a file.
+    pub fn repairs(&self) -> Vec<(&str, Repairs)> {
+        match self {
+            Self::Scene(_) => Vec::new(),
+            Self::Files(files) => files.repairs().filter(|(_, repairs)| !repairs.is_none()).collect(),
         }
     }
 
@@ -110,6 +166,8 @@ const SCENE: &str = r#"Pipeline(
         "albedo": "scene.albedo", "motion": "scene.motion",
     },
 )"#;
+/// The name of the scene for people.
+pub(crate) const SCENE_NAME: &str = "built-in scene";
 /// The outputs of the scene that are data.
 const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
 /// The output that a pipeline with a camera gets for its depth.
@@ -265,7 +323,7 @@ fn images_of(
         match output.and_then(|output| targets.iter().find(|(name, _)| *name == output)) {
             Some((_, view)) => images.push((input.name.clone(), view.clone())),
             None if input.optional => {}
-            None => return Err(Problem::no_image(&input.name)),
+            None => return Err(Problem::no_file(input)),
         }
     }
     Ok(images)

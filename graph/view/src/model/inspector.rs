@@ -111,6 +111,6 @@ impl Inspector {
 }
 
 /// True if an image is that of a wire or a node, one of its levels or steps, or its history.
-fn belongs(image: &str, owner: &str) -> bool {
+pub(crate) fn belongs(image: &str, owner: &str) -> bool {
     image.strip_prefix(owner).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '@', '#']))
 }

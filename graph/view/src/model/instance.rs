@@ -56,7 +56,8 @@ pub struct PipelineInstance {
     post: Post,
     /// The parameters that were set.
     controls: Vec<Control>,
-    is_timed: bool,
+    /// True if its passes are timed, false if the device has no timestamps inside passes; `None` before the first plan.
+    is_timed: Option<bool>,
 }
 
 impl PipelineInstance {
@@ -65,7 +66,7 @@ impl PipelineInstance {
         // A paused frame is repeated with each value that is changed.
         post.set_options(gpu.options_to_repeat(preset.options()));
         post.set_facts(facts);
-        Self { post, controls: Vec::new(), is_timed: false }
+        Self { post, controls: Vec::new(), is_timed: None }
     }
 
     pub fn post(&mut self) -> &mut Post {
@@ -134,7 +135,7 @@ impl PipelineInstance {
     /// Recreates all GPU resources on a new device.
     pub fn rebuild(&mut self, gpu: &Gpu) {
         self.post.rebuild(gpu);
-        self.is_timed = false;
+        self.is_timed = None;
     }
 
     /// True while a new plan is being made.
@@ -152,9 +153,8 @@ impl PipelineInstance {
         images: &FrameImages,
         moment: Moment,
     ) -> Result<(), Problem> {
-        if !self.is_timed && self.post.plan().is_some() {
-            self.is_timed = true;
-            self.post.time_passes()?;
+        if self.is_timed.is_none() && self.post.plan().is_some() {
+            self.is_timed = Some(self.post.time_passes()?);
         }
         let inputs: Vec<(&str, &TextureView)> =
             images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
@@ -197,7 +197,12 @@ impl PipelineInstance {
         self.post.image(name)
     }
 
-    /// The latest times of passes; `None` on devices without timestamps.
+    /// True if the device has no timestamps inside passes.
+    pub fn lacks_timestamps(&self) -> bool {
+        self.is_timed == Some(false)
+    }
+
+    /// The latest times of passes; `None` on devices without timestamps, and before a whole frame was timed.
     pub fn pass_times(&self) -> Option<&PassTimes> {
         self.post.pass_times()
     }

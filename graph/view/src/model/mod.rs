@@ -23,8 +23,10 @@ pub use clock::PlayClock;
 pub use comparison::CompareWith;
 pub use editor::{Conflict, Editor, Resolution};
 pub use frame_images::FrameImages;
-pub use image_files::{Files, HaveChanged, ReadFrame};
+pub use image_files::{Files, HaveChanged, InputData, InputFile, ReadFrame};
+pub(crate) use images::SCENE_NAME;
 pub use images::{Images, Scene};
+pub(crate) use inspector::belongs;
 pub use inspector::{InspectedImage, InspectedWire, Inspector};
 pub use instance::{Moment, PipelineInstance, PlanPreset};
 pub use project::{Checked, NamedFile, Project, Store, TextProject, saved};
@@ -99,6 +101,12 @@ impl Model {
 
     pub fn clock(&mut self) -> &mut PlayClock {
         &mut self.clock
+    }
+
+    /// The reason for which the plan that runs skips a node.
+    pub fn skip_reason(&self, node: &str) -> Option<&str> {
+        let skipped = &self.shown()?.plan()?.savings.skipped;
+        Some(&skipped.iter().find(|skipped| skipped.node == node)?.why)
     }
 
     /// The declared condition for which a parameter has no effect at present, as a sentence.
@@ -354,6 +362,30 @@ impl Model {
         self.images.length()
     }
 
+    /// The images of the inputs.
+    pub fn images(&self) -> &Images {
+        &self.images
+    }
+
+    /// Gives an input a file, or takes it away; `None` is the first image that the pipeline needs. Without any file the
+    /// built-in scene is shown.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the device cannot hold it. The one before stays then.
+    pub fn set_input(&mut self, input: Option<&str>, file: Option<InputFile>) -> Result<(), Problem> {
+        let inputs = self.editor.graph().map_or(Vec::new(), |graph| graph.inputs.clone());
+        let length = self.images.length();
+        self.images.set(&self.instances.gpu, input, file, &inputs)?;
+        self.forget_problem();
+        if self.images.length() == length {
+            self.clock.cut();
+        } else {
+            self.clock.seek(0.0);
+        }
+        self.is_stale = true;
+        Ok(())
+    }
+
     /// Replaces the images of the inputs.
     pub fn set_images(&mut self, images: Images) {
         self.images = images;
@@ -399,6 +431,17 @@ impl Model {
         let watch = buffer.and_then(|buffer| Some(shown?.post().watch(&buffer.wire)));
         (self.instances.inspector.watch, self.instances.inspector.wire) = (watch, wire);
         self.update_inspector();
+    }
+
+    /// The level of a pyramid that is shown, from 1, and the number of its levels.
+    pub fn inspected_level(&self) -> Option<(usize, usize)> {
+        let InspectedWire { wire, index, .. } = self.inspector().wire()?;
+        if self.editor.checked()?.wire_type(wire) != Some(PortType::Pyramid) {
+            return None;
+        }
+        let images = self.inspector().images(wire);
+        let count = images.iter().take_while(|image| belongs(&image.name, wire) && !image.name.contains('@')).count();
+        (*index < count).then_some((index + 1, count))
     }
 
     /// Stores the values at every node, and those of the reference, so that single pixels can be read.

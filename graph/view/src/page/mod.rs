@@ -11,6 +11,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use afterimage_gpu::{ErrorLog, Gpu, wanted_features, wgpu};
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
@@ -19,7 +20,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use wasm_bindgen::JsCast as _;
 
 use crate::address::Address;
-use crate::model::{Files, Images, Model, NamedFile, Project, Scene, TextProject};
+use crate::model::{Images, InputData, InputFile, Model, NamedFile, Project, Scene, TextProject};
 use crate::{Exported, NewFiles, Problem, Rendered, Viewer};
 use address::Stated;
 
@@ -250,12 +251,11 @@ impl Page {
             self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }
-        let model = &mut self.viewer.model;
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
             .map_err(|error| Problem::message(format!("`{name}`: {error}")))?;
-        let gpu = model.gpu().clone();
-        let read = move |_| Ok(picture.clone());
-        model.set_images(Images::Files(Box::new(Files::new(&gpu, 1, 24.0, Box::new(read))?)));
+        let read = move |_: &GraphInput, _: usize| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
+        let ctx = self.ctx.clone();
+        self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), None);
         Ok(())
     }
 

@@ -59,7 +59,7 @@ impl Viewer {
         self.bottom_panel(ui);
         Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
             ui.add_space(4.0);
-            self.parameters.show(ui, &mut self.model);
+            self.show_parameters(ui);
         });
         if self.shows_scopes || self.inspects_pixels {
             Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.right_panel(ui));

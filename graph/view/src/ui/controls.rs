@@ -3,10 +3,14 @@
 use afterimage_graph::value::{ChoiceName, FileValue, Param, Type, Value};
 use egui::{Slider, Ui};
 
+use super::list_keys::choose_by_keys;
+
 /// A range this many times as wide as its lower end is shown in steps of equal ratio.
 const WIDE: f64 = 200.0;
 /// The range of a number without a domain or a usual range.
 const ANY: (f64, f64) = (-10.0, 10.0);
+/// The width of the field of a text, in points.
+const LINE_WIDTH: f32 = 170.0;
 /// The domain is taken as the range of a slider up to this number.
 const LARGEST: f64 = 1e5;
 
@@ -26,12 +30,12 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Contr
         (Type::Vector(count), Value::Vector(numbers, _)) => vector(ui, param, *numbers, count),
         (Type::Choice(choices), Value::Choice(chosen)) => choice(ui, param, choices, chosen),
         (Type::Text, Value::Text(text)) => {
-            let (text, is_done) = line(ui, param, text)?;
-            Some(ControlChange { value: Value::Text(text.into()), is_done })
+            let text = line(ui, &param.name, text, "", LINE_WIDTH)?;
+            Some(ControlChange { value: Value::Text(text.into()), is_done: true })
         }
         (Type::File, Value::File(file)) => {
-            let (path, is_done) = line(ui, param, &file.path)?;
-            Some(ControlChange { value: Value::File(FileValue { path: path.into(), bytes: None }), is_done })
+            let path = line(ui, &param.name, &file.path, "", LINE_WIDTH)?;
+            Some(ControlChange { value: Value::File(FileValue { path: path.into(), bytes: None }), is_done: true })
         }
         _ => None,
     }
@@ -143,26 +147,30 @@ fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'
         .selected_text(chosen)
         .width(if param.replan { 104.0 } else { 150.0 })
         .show_ui(ui, |ui| {
-            for choice in choices {
-                ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
-            }
+            let entry = |choice: &ChoiceName| {
+                let response = ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
+                (response, choice.name)
+            };
+            let entries: Vec<_> = choices.iter().map(entry).collect();
+            let present = choices.iter().position(|choice| choice.name == chosen);
+            choose_by_keys(ui, &entries, present.unwrap_or(0));
         });
     (new != chosen).then_some(ControlChange { value: Value::Choice(new), is_done: true })
 }
 
-/// A text that counts when it is finished.
-fn line(ui: &mut Ui, param: &Param, text: &str) -> Option<(String, bool)> {
+/// A text that counts when it is finished. `hint` is shown while it is empty.
+pub(super) fn line(ui: &mut Ui, name: &str, text: &str, hint: &str, width: f32) -> Option<String> {
     // An identity that egui counts changes with the rows above, and the field would lose the keyboard.
-    let id = ui.id().with(("line", &*param.name));
+    let id = ui.id().with(("line", name));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| text.to_owned());
-    let response = ui.add(egui::TextEdit::singleline(&mut typed).id(id).desired_width(170.0));
+    let response = ui.add(egui::TextEdit::singleline(&mut typed).id(id).hint_text(hint).desired_width(width));
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
         return None;
     }
     let is_new = response.lost_focus() && typed != text;
     ui.data_mut(|data| data.remove::<String>(id));
-    is_new.then_some((typed, true))
+    is_new.then_some(typed)
 }
 
 #[cfg(test)]

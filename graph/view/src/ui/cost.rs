@@ -1,6 +1,7 @@
 //! The cost panel: GPU time of passes and frames, memory, batches.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Weak};
 
 use afterimage_gpu::wgpu;
 use afterimage_plan::Plan;
@@ -22,7 +23,9 @@ pub(super) struct CostPanel {
     frames: VecDeque<f64>,
     /// The number of the last frame that was taken.
     last: u64,
-    /// Running means of the passes, in milliseconds, and the plan's passes that they belong to.
+    /// The plan of these frames.
+    plan: Weak<Plan>,
+    /// Running means of the passes, in milliseconds.
     passes: Vec<f64>,
     /// Milliseconds of the viewer's own work in a frame, without the pipeline.
     own: f64,
@@ -31,10 +34,16 @@ pub(super) struct CostPanel {
 impl CostPanel {
     pub(super) fn take(&mut self, model: &Model, own_ms: f64) {
         self.own += NEW * (own_ms - self.own);
-        let Some(times) = model.shown().and_then(PipelineInstance::pass_times).filter(|times| times.frame != self.last)
-        else {
-            return;
-        };
+        let Some(plan) = model.shown().and_then(PipelineInstance::plan) else { return };
+        let times = model.shown().and_then(PipelineInstance::pass_times);
+        if !std::ptr::eq(self.plan.as_ptr(), Arc::as_ptr(plan)) {
+            // The times that are there are still those of the plan before.
+            (self.plan, self.last) = (Arc::downgrade(plan), times.map_or(0, |times| times.frame));
+            self.frames.clear();
+            self.passes.clear();
+        }
+        let times = times.filter(|times| times.frame != self.last && times.ms.len() == plan.passes.len());
+        let Some(times) = times else { return };
         self.last = times.frame;
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
@@ -87,7 +96,7 @@ impl CostPanel {
     fn summary(&self, ui: &mut Ui, plan: &Plan, model: &Model) {
         match self.median() {
             Some(median) => ui.label(format!("GPU {median:.3} ms a frame, median of {}", self.frames.len())),
-            None => ui.label(RichText::new("This adapter has no timestamps inside passes.").color(DIM)),
+            None => ui.label(RichText::new(untimed(model)).color(DIM)),
         };
         self.plot(ui);
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
@@ -127,6 +136,14 @@ impl CostPanel {
                 ui.add(egui::Label::new(name).truncate());
             });
         }
+    }
+}
+
+/// The reason for which there is no time of a frame.
+fn untimed(model: &Model) -> &'static str {
+    match model.shown().is_some_and(PipelineInstance::lacks_timestamps) {
+        true => "This adapter has no timestamps inside passes.",
+        false => "No whole frame is timed yet: press Play or Step.",
     }
 }
 

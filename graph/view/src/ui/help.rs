@@ -35,6 +35,7 @@ pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
             }
         });
         ui.add_space(6.0);
+        ui.label("Letters are commands while the picture has the focus: after a click on it, or Esc.");
         ui.label("A name in the parameters: a double click goes back to the value of the file.");
         ui.label("“new plan” after a control: the old picture stays until the plan is ready.");
         ui.label("An output in the graph: a click shows what it carries; a second click goes back.");

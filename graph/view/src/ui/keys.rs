@@ -1,6 +1,6 @@
 //! Keyboard commands.
 
-use egui::{Context, Key, Modifiers};
+use egui::{Context, Event, Key, Modifiers, Popup};
 
 use super::picture::{Comparison, PictureView};
 use super::text::TextPanel;
@@ -8,16 +8,20 @@ use super::{ExportKind, Tab, Viewer};
 use crate::model::{CompareWith, Model, PlayClock};
 
 impl Viewer {
-    /// Runs the commands of pressed keys, unless a text is being typed.
+    /// Runs the commands of pressed keys. Those without Ctrl are commands while the picture has the focus alone: a
+    /// letter that misses its field does nothing.
     pub(super) fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
         if pressed(Modifiers::COMMAND, Key::S) {
-            self.save(ctx, None);
+            self.save(ctx);
         }
         if pressed(Modifiers::COMMAND, Key::E) {
             self.export(ExportKind::Picture);
         }
         release_field(ctx);
+        if pressed(Modifiers::NONE, Key::F1) {
+            self.shows_help = !self.shows_help;
+        }
         // The text and the controls have one history; other fields have their own.
         if !ctx.egui_wants_keyboard_input() || TextPanel::has_focus(ctx) {
             if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
@@ -27,10 +31,19 @@ impl Viewer {
                 self.undo();
             }
         }
-        if ctx.egui_wants_keyboard_input() {
+        // A field, a button that Tab has reached, a menu or a question gets the keys.
+        let is_taken = ctx.egui_wants_keyboard_input() || Popup::is_any_open(ctx) || self.asks();
+        if is_taken {
             return;
         }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+        self.picture.has_focus |= plain(Key::Escape);
+        if !self.picture.has_focus {
+            if ctx.input(|input| input.events.iter().any(|event| matches!(event, Event::Text(_)))) {
+                self.tell(ctx, "Letters are commands while the picture has the focus: click it, or press Esc.");
+            }
+            return;
+        }
         time_keys(self.model.clock(), plain);
         picture_keys(&mut self.model, &mut self.picture, plain);
         self.panel_keys(plain);
@@ -51,12 +64,8 @@ impl Viewer {
     fn panel_keys(&mut self, pressed: impl Fn(Key) -> bool) {
         let tabs = [(Key::G, Tab::Graph), (Key::T, Tab::Text), (Key::K, Tab::Cost), (Key::M, Tab::Messages)];
         tabs.into_iter().filter(|(key, _)| pressed(*key)).for_each(|(_, tab)| self.tabs.toggle(tab));
-        let switches = [
-            (Key::S, &mut self.shows_scopes),
-            (Key::P, &mut self.inspects_pixels),
-            (Key::H, &mut self.is_bare),
-            (Key::F1, &mut self.shows_help),
-        ];
+        let switches =
+            [(Key::S, &mut self.shows_scopes), (Key::P, &mut self.inspects_pixels), (Key::H, &mut self.is_bare)];
         switches.into_iter().filter(|(key, _)| pressed(*key)).for_each(|(_, is_on)| *is_on = !*is_on);
     }
 }

@@ -6,8 +6,11 @@ mod cost;
 mod export;
 mod graph;
 mod help;
+mod inputs;
 mod keys;
+mod list_keys;
 mod message;
+mod missing_image;
 pub(crate) mod new_file;
 mod parameters;
 mod picture;
@@ -20,15 +23,18 @@ mod theme;
 mod toolbar;
 mod wire_bar;
 
+use std::path::PathBuf;
+
 use afterimage_gpu::wgpu;
 use egui::{CentralPanel, Context, Panel, RichText, ScrollArea, Ui};
 
-use crate::model::{Model, Project, Rendered};
+use crate::model::{InputFile, Model, Project, Rendered};
 use crate::render::Painter;
 use cost::CostPanel;
 use export::Exporter;
 pub use export::{ExportKind, Exported};
 use graph::GraphPanel;
+use inputs::{InputPanel, told};
 use message::Message;
 pub use new_file::{MakeProject, NewFiles};
 use parameters::Parameters;
@@ -55,6 +61,7 @@ pub struct Viewer {
     was_shown: bool,
     painter: Painter,
     parameters: Parameters,
+    inputs: InputPanel,
     graph: GraphPanel,
     cost: CostPanel,
     text: TextPanel,
@@ -80,6 +87,7 @@ impl Viewer {
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
+            inputs: InputPanel::default(),
             graph: GraphPanel::default(),
             cost: CostPanel::default(),
             text: TextPanel::default(),
@@ -119,7 +127,7 @@ impl Viewer {
 
     /// Records the copies for the scopes and the pixel inspector.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let Some(subject) = Subject::of(&self.model) else { return };
+        let Some(subject) = Subject::of(&self.model) else { return self.scopes.forget() };
         if self.shows_scopes || subject.is_data() {
             self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
         }
@@ -155,7 +163,8 @@ impl Viewer {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
         help::show(ui.ctx(), &mut self.shows_help);
-        if let Some(message) = self.save_dialogs.show(ui.ctx(), &mut self.model) {
+        let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
+        if let Some(message) = message.or_else(|| self.inputs.ask(ui.ctx(), &mut self.model)) {
             self.tell(ui.ctx(), message);
         }
         self.message.show(ui);
@@ -178,6 +187,27 @@ impl Viewer {
         self.request(Pending::Open(project));
     }
 
+    /// Shows a file as an input. Without a name it is one that was dropped.
+    pub fn open_input(&mut self, ctx: &Context, file: InputFile, input: Option<&str>) {
+        let message = match input {
+            Some(input) => Some(told(&mut self.model, file, Some(input))),
+            None => self.inputs.drop_file(&mut self.model, file),
+        };
+        if let Some(message) = message {
+            self.tell(ctx, message);
+        }
+    }
+
+    /// The path that the user has named for an input, for the shell to open.
+    pub fn take_named_file(&mut self) -> Option<(String, PathBuf)> {
+        self.inputs.named.take()
+    }
+
+    /// True while the user is asked something.
+    fn asks(&self) -> bool {
+        self.model.editor().conflict().is_some() || self.save_dialogs.asks() || self.inputs.asks()
+    }
+
     fn request(&mut self, pending: Pending) {
         self.text.apply(&mut self.model);
         self.save_dialogs.request(&mut self.model, pending);
@@ -188,16 +218,21 @@ impl Viewer {
         self.save_dialogs.is_closing()
     }
 
+    /// The names of the inspected values, in the order in which they are shown.
+    pub fn pixel_names(&self) -> Vec<&str> {
+        self.pixel_inspector.names()
+    }
+
     /// True if the text or a value differs from the file.
     pub fn is_unsaved(&self) -> bool {
         let editor = self.model.editor();
         !editor.is_saved() || self.text.typed().is_some_and(|typed| typed != editor.text())
     }
 
-    /// Writes the changes into the file, or into a new tier of it.
-    fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
+    /// Writes the changes into the file.
+    fn save(&mut self, ctx: &Context) {
         self.text.apply(&mut self.model);
-        if let Some(message) = self.save_dialogs.save(&mut self.model, new_tier) {
+        if let Some(message) = self.save_dialogs.save(&mut self.model, None) {
             self.tell(ctx, message);
         }
     }
@@ -263,9 +298,24 @@ impl Viewer {
         }
     }
 
+    /// A press in a panel takes the focus from the picture.
+    fn take_focus_by_press(&mut self, ui: &Ui) {
+        let is_pressed = ui.input(|input| input.pointer.any_pressed());
+        if is_pressed && !self.asks() && ui.rect_contains_pointer(ui.max_rect()) {
+            self.picture.has_focus = false;
+        }
+    }
+
+    fn show_parameters(&mut self, ui: &mut Ui) {
+        self.take_focus_by_press(ui);
+        let has_paths = self.save_dialogs.has_paths();
+        self.parameters.show(ui, &mut self.model, |ui, model| self.inputs.show(ui, model, has_paths));
+    }
+
     fn tab_content(&mut self, ui: &mut Ui, tab: Tab) {
+        self.take_focus_by_press(ui);
         match tab {
-            Tab::Parameters => self.parameters.show(ui, &mut self.model),
+            Tab::Parameters => self.show_parameters(ui),
             Tab::Scopes => self.right_panel(ui),
             Tab::Graph => self.graph.show(ui, &mut self.model),
             Tab::Text => self.show_text(ui),

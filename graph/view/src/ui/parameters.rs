@@ -5,6 +5,8 @@ use afterimage_graph::value::{Param, Value};
 use egui::{RichText, ScrollArea, Ui};
 
 use super::controls::{ControlChange, control};
+use super::graph::wire_name;
+use super::text::note_errors;
 use super::theme::{ACCENT, DIM};
 use crate::model::{Model, Target};
 
@@ -22,8 +24,8 @@ enum PanelAction {
 }
 
 impl Parameters {
-    /// Shows the panel and applies what the user changes.
-    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
+    /// Shows the panel, with the group of inputs, and applies what the user changes.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, inputs: impl FnOnce(&mut Ui, &mut Model)) {
         ui.horizontal(|ui| {
             let search =
                 egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
@@ -36,8 +38,10 @@ impl Parameters {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
             return;
         };
+        note_errors(ui, model);
         // Rows that are wider than the panel are scrolled: they do not widen it, which would move the picture.
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
+            inputs(ui, model);
             facts(ui, model, &graph);
             let mut actions = Vec::new();
             for index in 0..graph.nodes.len() {
@@ -66,10 +70,8 @@ impl Parameters {
         let is_shown = move |parameter: &ParameterId| {
             let name = graph.parameter_name(*parameter);
             let is_changed = model.editor().changes().get(&Target::Parameter(name.clone())).is_some();
-            let doc = &graph.declaration(*parameter).doc;
-            let texts = [&*name, doc, graph.nodes[node].kind().name()];
-            let is_found = texts.iter().any(|text| text.to_lowercase().contains(&search));
-            is_found && (is_changed || !self.only_changed)
+            let text = searched(graph, *parameter);
+            search.split_whitespace().all(|word| text.contains(word)) && (is_changed || !self.only_changed)
         };
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
@@ -94,6 +96,20 @@ impl Parameters {
     }
 }
 
+/// The text that is searched for a parameter, in lower case: its name and description, the kind of its node, and the
+/// inputs and wires of the node.
+fn searched(graph: &Graph, parameter: ParameterId) -> String {
+    let node = &graph.nodes[parameter.node];
+    let mut text = format!("{} {}", graph.parameter_name(parameter), graph.declaration(parameter).doc);
+    text += &format!(" {}", node.kind().name());
+    for (port, source) in node.kind().inputs().iter().zip(&node.wires) {
+        if let Some(source) = source {
+            text += &format!(" {} {}", port.name, wire_name(graph, *source));
+        }
+    }
+    text.to_lowercase()
+}
+
 /// The line of a node: its switch, its name and its kind.
 fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelAction>) {
     let mut on = model.editor().is_on(&node.name);
@@ -103,6 +119,9 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelA
     }
     ui.label(RichText::new(&node.name).strong());
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
+    if let Some(why) = model.skip_reason(&node.name) {
+        ui.label(RichText::new("skipped").color(ACCENT).small()).on_hover_text(why);
+    }
     if let Some(when) = &node.when {
         ui.label(RichText::new("when").color(DIM).small()).on_hover_text(when.to_string());
     }
@@ -121,7 +140,9 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, action
     let target = Target::Parameter(name);
     let is_changed = model.editor().changes().get(&target).is_some();
     ui.horizontal(|ui| {
-        let inactive_reason = model.inactive_reason(parameter);
+        let skipped = model.skip_reason(&graph.nodes[parameter.node].name);
+        let skipped = skipped.map(|why| format!("The node is skipped: {why}."));
+        let inactive_reason = skipped.or_else(|| model.inactive_reason(parameter));
         if inactive_reason.is_some() {
             ui.multiply_opacity(DIMMED);
         }

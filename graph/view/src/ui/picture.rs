@@ -4,6 +4,7 @@ use afterimage_gpu::wgpu;
 use afterimage_graph::image::{ColorState, Signedness};
 use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 
+use super::missing_image::lacking;
 use super::theme::{ACCENT, SURROUND};
 use crate::model::Model;
 use crate::render::{Drawn, Flags, Painter, Placement, Shown};
@@ -59,6 +60,8 @@ pub struct PictureView {
     pub is_pinned: bool,
     /// The range of data that is shown from black to white.
     pub range: (f32, f32),
+    /// Letters are commands: the picture was pressed last, and no panel.
+    pub has_focus: bool,
     is_wiping: bool,
 }
 
@@ -81,6 +84,7 @@ impl Default for PictureView {
             inspected_place: None,
             is_pinned: false,
             range: (0.0, 1.0),
+            has_focus: true,
             is_wiping: false,
         }
     }
@@ -97,9 +101,10 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The image that the model shows: that of the inspected wire, or the output.
+    /// The image that the model shows: that of the inspected wire, which may have none, or the output.
     pub fn of(model: &Model) -> Option<Self> {
-        if let (Some(wire), Some((image, texture))) = (model.inspector().wire(), model.inspected_image()) {
+        if let Some(wire) = model.inspector().wire() {
+            let (image, texture) = model.inspected_image()?;
             let state = model.editor().checked().and_then(|checked| checked.wire_state(&wire.wire));
             return Some(Self { image: texture, state, slice: wire.slice.min(image.desc.size.depth - 1) });
         }
@@ -123,6 +128,7 @@ impl PictureView {
     pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model, inspects_pixels: bool) {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         ui.painter().rect_filled(area, 0.0, SURROUND);
+        self.has_focus |= response.contains_pointer() && ui.input(|input| input.pointer.any_pressed());
         let Some(subject) = Subject::of(model) else {
             return nothing(ui, area, model);
         };
@@ -319,7 +325,10 @@ impl PictureView {
             ui.painter().galley(rect.min, galley, Color32::WHITE);
         };
         if let Some(wire) = model.inspector().wire() {
-            let name = model.inspected_image().map_or(wire.wire.clone(), |(image, _)| image.name);
+            let mut name = model.inspected_image().map_or(wire.wire.clone(), |(image, _)| image.name);
+            if let Some((level, count)) = model.inspected_level() {
+                name += &format!(", level {level} of {count}");
+            }
             say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
         }
         let Some(compared) = model.compared().filter(|_| compares) else { return };
@@ -344,9 +353,10 @@ fn size_of(subject: &Subject) -> Vec2 {
 
 /// The text in the place of a picture.
 fn nothing(ui: &Ui, area: Rect, model: &Model) {
-    let text = match model.problem() {
-        Some(_) => "There is no picture yet: the tab Messages says why.",
-        None => "The first picture is on its way.",
+    let text = match (lacking(model), model.problem()) {
+        (Some(text), _) => text,
+        (None, Some(_)) => "There is no picture yet: the tab Messages says why.",
+        (None, None) => "The first picture is on its way.",
     };
     let font = egui::FontId::proportional(14.0);
     ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, text, font, Color32::from_gray(0x90));

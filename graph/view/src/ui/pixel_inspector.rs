@@ -1,9 +1,16 @@
-//! The pixel inspector: the pixel under the pointer at every node, and that of the 32-bit reference.
+//! The pixel inspector: the pixel under the pointer at every input and node, and that of the 32-bit reference.
 
+use std::collections::BTreeSet;
+
+use afterimage_gpu::texture_format;
+use afterimage_gpu::wgpu::{TextureDimension, TextureView};
+use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::image::{Format, ImageDesc, Size};
+use afterimage_graph::node::Pass;
 use egui::{RichText, ScrollArea, Ui};
 
 use super::theme::{ACCENT, DIM};
-use crate::model::{Model, PipelineInstance};
+use crate::model::{FrameImages, Model, PipelineInstance, belongs};
 use crate::render::{TexelReader, TexelRequest, TexelValue};
 
 /// Reads the pixel from two pipelines: as stored, and in 32 bits.
@@ -30,7 +37,7 @@ impl PixelInspector {
         let inspector = model.inspector();
         for (reader, instance) in [(&mut self.stored, inspector.stored()), (&mut self.exact, inspector.reference())] {
             if let Some(instance) = instance {
-                reader.record(device, encoder, place, &texels(instance));
+                reader.record(device, encoder, place, &texels(model.frame_images(), instance));
             }
         }
     }
@@ -42,6 +49,11 @@ impl PixelInspector {
         self.exact.request();
         self.values = self.stored.take().unwrap_or(std::mem::take(&mut self.values));
         self.references = self.exact.take().unwrap_or(std::mem::take(&mut self.references));
+    }
+
+    /// The names of the values, in their order.
+    pub(super) fn names(&self) -> Vec<&str> {
+        self.values.iter().map(|value| &*value.name).collect()
     }
 
     pub(super) fn show(&self, ui: &mut Ui, place: Option<[f32; 2]>, is_pinned: bool, size: [u32; 2]) {
@@ -96,25 +108,64 @@ fn short(number: f32) -> String {
     }
 }
 
-/// A texel of each image, in the order of the passes.
-fn texels(instance: &PipelineInstance) -> Vec<TexelRequest<'_>> {
-    let Some(plan) = instance.plan() else { return Vec::new() };
+/// A texel of each image along the chain: of the inputs, then of each node after those that it reads. The texels of a
+/// baked LUT are of no pixel.
+fn texels<'t>(images: &'t FrameImages, instance: &'t PipelineInstance) -> Vec<TexelRequest<'t>> {
+    let mut texels: Vec<TexelRequest<'t>> = images.images.iter().filter_map(input_texel).collect();
+    let Some(plan) = instance.plan() else { return texels };
     let names = plan.image_names();
-    let mut texels: Vec<TexelRequest<'_>> = Vec::new();
-    for pass in plan.work() {
-        for image in pass.writes().iter().filter_map(|resource| resource.image()) {
-            let name = &names[image.0 as usize];
-            if texels.iter().any(|known| known.name == *name) {
-                continue;
-            }
+    let luts: Vec<String> = plan.savings.baked.iter().map(|baked| format!("{}.table", baked.nodes[0])).collect();
+    let written: BTreeSet<usize> =
+        plan.work().flat_map(Pass::writes).filter_map(|resource| Some(resource.image()?.0 as usize)).collect();
+    for node in chain(instance.graph()) {
+        let of_node = written.iter().filter(|index| belongs(&names[**index], node) && !luts.contains(&names[**index]));
+        for index in of_node {
+            let (name, desc) = (&names[*index], plan.images[*index].desc);
             if let Some(texture) = instance.image(name) {
-                let desc = plan.image(image).desc;
                 // The middle slice: only the node knows which one belongs to a pixel.
                 texels.push(TexelRequest { name: name.clone(), texture, desc, slice: desc.size.depth / 2 });
             }
         }
     }
     texels
+}
+
+/// A texel of the image of an input; `None` for a format that no pipeline stores.
+fn input_texel<'t>((name, view): &'t (String, TextureView)) -> Option<TexelRequest<'t>> {
+    let texture = view.texture();
+    let size = texture.size();
+    let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format())?;
+    let volume = texture.dimension() == TextureDimension::D3;
+    let desc = match volume {
+        true => ImageDesc::volume(Size::volume(size.width, size.height, size.depth_or_array_layers)),
+        false => ImageDesc::new(Size::new(size.width, size.height)),
+    };
+    let slice = if volume { size.depth_or_array_layers / 2 } else { 0 };
+    Some(TexelRequest { name: name.clone(), texture, desc: desc.format(format), slice })
+}
+
+/// The names of the nodes, each after those that it reads.
+fn chain(graph: &Graph) -> Vec<&str> {
+    fn visit<'g>(graph: &'g Graph, node: usize, seen: &mut [bool], chain: &mut Vec<&'g str>) {
+        if std::mem::replace(&mut seen[node], true) {
+            return;
+        }
+        for source in graph.nodes[node].wires.iter().flatten() {
+            if let Source::Node { node, previous: 0, .. } = source {
+                visit(graph, *node, seen, chain);
+            }
+        }
+        chain.push(&graph.nodes[node].name);
+    }
+    let (mut seen, mut nodes) = (vec![false; graph.nodes.len()], Vec::new());
+    let outputs = graph.outputs.iter().filter_map(|output| match output.source {
+        Source::Node { node, .. } => Some(node),
+        Source::Input(_) => None,
+    });
+    for node in outputs.chain(0..graph.nodes.len()) {
+        visit(graph, node, &mut seen, &mut nodes);
+    }
+    nodes
 }
 
 #[cfg(test)]

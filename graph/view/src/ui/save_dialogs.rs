@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use egui::{Context, Id, Key, Modal, RichText, TextEdit, Ui};
+use egui::{Button, Context, Id, Key, Modal, RichText, TextEdit};
 
 use super::new_file::{NewFile, NewFiles, free_name};
 use super::theme::{DIM, ERROR};
@@ -24,14 +24,36 @@ pub(super) struct SaveDialogs {
     is_closing: bool,
     /// Error of the last attempt to save.
     error: Option<String>,
-    /// The name of a tier that is being typed.
-    tier_name: String,
+    /// The open question for the name of a new tier.
+    new_tier: Option<NewTier>,
+}
+
+/// The question for the name of a tier, while it is open.
+#[derive(Default)]
+struct NewTier {
+    name: String,
+    /// The field has had the focus, which it gets once.
+    was_focused: bool,
 }
 
 impl SaveDialogs {
     pub(super) fn new(new_files: NewFiles) -> Self {
-        let tier_name = String::new();
-        Self { new_files, new_file: None, pending: None, is_closing: false, error: None, tier_name }
+        Self { new_files, new_file: None, pending: None, is_closing: false, error: None, new_tier: None }
+    }
+
+    /// True if the user types paths of files: in a browser there are none.
+    pub(super) fn has_paths(&self) -> bool {
+        matches!(self.new_files, NewFiles::Asked(_))
+    }
+
+    /// True while a question is open.
+    pub(super) fn asks(&self) -> bool {
+        self.new_file.is_some() || self.pending.is_some() || self.new_tier.is_some()
+    }
+
+    /// Asks for the name of a tier that the changes become.
+    pub(super) fn ask_for_tier(&mut self) {
+        self.new_tier = Some(NewTier::default());
     }
 
     /// True once the window is to be closed.
@@ -110,8 +132,11 @@ impl SaveDialogs {
             }
             return None;
         }
-        match self.new_file.take() {
-            Some(asked) => self.ask_for_new_file(ctx, model, asked),
+        if let Some(asked) = self.new_file.take() {
+            return self.ask_for_new_file(ctx, model, asked);
+        }
+        match self.new_tier.take() {
+            Some(asked) => self.ask_for_tier_name(ctx, model, asked),
             None => self.ask_to_save(ctx, model),
         }
     }
@@ -185,23 +210,37 @@ impl SaveDialogs {
         None
     }
 
-    /// Asks for the name of a new tier. Returns it once it is entered.
-    pub(super) fn tier_menu(&mut self, ui: &mut Ui, model: &Model) -> Option<String> {
-        ui.label(RichText::new("The changes become a tier of this name.").color(DIM));
-        let response = ui.text_edit_singleline(&mut self.tier_name);
-        let name = self.tier_name.trim().to_owned();
-        let is_taken = model.editor().tiers().contains(&name);
-        if is_taken {
-            ui.label(RichText::new("A tier has this name.").color(ERROR));
+    /// Asks for the name of a new tier.
+    fn ask_for_tier_name(&mut self, ctx: &Context, model: &mut Model, mut asked: NewTier) -> Option<String> {
+        let (mut saves, mut stays) = (false, false);
+        let modal = Modal::new(Id::new("new tier")).show(ctx, |ui| {
+            ui.label(RichText::new("The changes become a tier of this name:").strong());
+            let field = ui.add(TextEdit::singleline(&mut asked.name).desired_width(240.0));
+            if !std::mem::replace(&mut asked.was_focused, true) {
+                field.request_focus();
+            }
+            let name = asked.name.trim();
+            let is_taken = model.editor().tiers().iter().any(|tier| tier == name);
+            if is_taken {
+                ui.label(RichText::new("A tier has this name.").color(ERROR));
+            }
+            let can = !name.is_empty() && !is_taken;
+            let entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                saves = ui.add_enabled(can, Button::new("Save")).clicked() || entered && can;
+                stays = ui.button("Cancel").clicked();
+            });
+            // Enter takes the keyboard from a field, and this name is not accepted.
+            asked.was_focused &= !entered;
+        });
+        if saves {
+            return self.save(model, Some(asked.name.trim()));
         }
-        let can = !name.is_empty() && !is_taken;
-        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        if !(ui.add_enabled(can, egui::Button::new("Save")).clicked() || entered && can) {
-            return None;
+        if !stays && !modal.should_close() {
+            self.new_tier = Some(asked);
         }
-        self.tier_name.clear();
-        ui.close();
-        Some(name)
+        None
     }
 }
 

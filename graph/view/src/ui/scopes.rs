@@ -57,6 +57,11 @@ impl ScopePanel {
         self.scopes = Some((scopes, is_linear));
     }
 
+    /// Shows nothing of the picture before.
+    pub(super) fn forget(&mut self) {
+        self.scopes = None;
+    }
+
     /// The least and the largest number of what is shown.
     pub(super) fn range(&self) -> Option<(f32, f32)> {
         self.scopes.as_ref().map(|(scopes, _)| scopes.range)

@@ -140,6 +140,10 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> 
         if let Some(checked) = model.editor().checked() {
             line = list(ui, model, &checked.warnings).or(line);
         }
+        for (input, repairs) in model.images().repairs() {
+            let text = format!("the image of input `{input}` has pixels that are repaired: {repairs}");
+            ui.label(RichText::new(text).monospace().color(ACCENT));
+        }
         for faults in model.kernel_faults() {
             ui.label(RichText::new(faults.to_string()).monospace().color(ACCENT));
         }
@@ -147,10 +151,19 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> 
     line
 }
 
-/// True if there are errors, warnings, or faults of kinds in folders.
+/// States that a panel shows an earlier text, while the present one has errors.
+pub(super) fn note_errors(ui: &mut Ui, model: &Model) {
+    if model.editor().has_errors() {
+        let text = "The text has errors: this is the last one without.";
+        ui.add(egui::Label::new(RichText::new(text).color(ERROR).small()).truncate());
+    }
+}
+
+/// True if there are errors, warnings, faults of kinds in folders, or pixels that no image can show.
 pub(super) fn has_messages(model: &Model) -> bool {
     let has_warnings = model.editor().checked().is_some_and(|checked| !checked.warnings.is_empty());
-    model.problem().is_some() || has_warnings || !model.kernel_faults().is_empty()
+    let has_faults = !model.kernel_faults().is_empty() || !model.images().repairs().is_empty();
+    model.problem().is_some() || has_warnings || has_faults
 }
 
 fn list(ui: &mut Ui, model: &Model, found: &Diagnostics) -> Option<usize> {

@@ -4,6 +4,7 @@ use egui::{Button, ComboBox, RichText, Ui};
 
 use super::Viewer;
 use super::export::{self, ExportChoice};
+use super::list_keys::choose_by_keys;
 use super::picture::{Comparison, PictureView, Subject};
 use super::theme::{ACCENT, DIM};
 use crate::model::{CompareWith, Editor, Model, TextProject};
@@ -19,7 +20,7 @@ impl Viewer {
             ui.separator();
             self.history_buttons(ui);
             self.save_button(ui);
-            self.save_as_tier_menu(ui);
+            self.save_as_tier_button(ui);
             self.export_menu(ui);
             ui.separator();
             compare_menu(ui, &mut self.model, &mut self.picture);
@@ -40,7 +41,7 @@ impl Viewer {
             self.save_button(ui);
         });
         ui.horizontal_wrapped(|ui| {
-            self.save_as_tier_menu(ui);
+            self.save_as_tier_button(ui);
             self.export_menu(ui);
             compare_menu(ui, &mut self.model, &mut self.picture);
             ui.toggle_value(&mut self.inspects_pixels, "Probe").on_hover_text("P: the pixel at every node");
@@ -74,12 +75,9 @@ impl Viewer {
         let mut chosen = None;
         ui.menu_button(RichText::new(name).strong(), |ui| {
             ui.label(RichText::new("Built-in pipelines").color(DIM).small());
-            for (name, _) in afterimage_pipelines::PIPELINES {
-                if ui.button(*name).clicked() {
-                    chosen = Some(*name);
-                    ui.close();
-                }
-            }
+            let entries: Vec<_> =
+                afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (ui.button(*name), *name)).collect();
+            chosen = choose_by_keys(ui, &entries, 0).map(|index| entries[index].1);
             ui.separator();
             ui.label(
                 RichText::new("Drop a .ron file to open it,\nor an EXR, HDR, PNG or JPEG image to see it.").color(DIM),
@@ -92,17 +90,14 @@ impl Viewer {
 
     fn save_button(&mut self, ui: &mut Ui) {
         if ui.add_enabled(self.is_unsaved(), Button::new("Save")).on_hover_text(SAVE).clicked() {
-            self.save(ui.ctx(), None);
+            self.save(ui.ctx());
         }
     }
 
-    fn save_as_tier_menu(&mut self, ui: &mut Ui) {
-        let mut name = None;
-        ui.add_enabled_ui(self.is_unsaved(), |ui| {
-            ui.menu_button("Save as tier", |ui| name = self.save_dialogs.tier_menu(ui, &self.model));
-        });
-        if name.is_some() {
-            self.save(ui.ctx(), name.as_deref());
+    fn save_as_tier_button(&mut self, ui: &mut Ui) {
+        if ui.add_enabled(self.is_unsaved(), Button::new("Save as tier")).clicked() {
+            self.text.apply(&mut self.model);
+            self.save_dialogs.ask_for_tier();
         }
     }
 
@@ -120,13 +115,14 @@ fn tier_menu(ui: &mut Ui, model: &mut Model) {
     let mut tier = model.editor().tier().map(str::to_owned);
     let shown = tier.clone().unwrap_or_else(|| "no tier".into());
     ComboBox::from_id_salt("tier").selected_text(shown).width(82.0).show_ui(ui, |ui| {
-        ui.selectable_value(&mut tier, None, "no tier");
+        let present = checked.tiers.iter().position(|name| Some(name) == tier.as_ref()).map_or(0, |index| index + 1);
+        let mut entries = vec![(ui.selectable_value(&mut tier, None, "no tier"), "no tier")];
         for name in &checked.tiers {
             let entry = ui.selectable_value(&mut tier, Some(name.clone()), name);
-            if let Some((_, claim)) = checked.claims.iter().find(|(of, _)| of == name) {
-                entry.on_hover_text(claim.to_string());
-            }
+            let claim = checked.claims.iter().find(|(of, _)| of == name);
+            entries.push((claim.map_or(entry.clone(), |(_, claim)| entry.on_hover_text(claim.to_string())), name));
         }
+        choose_by_keys(ui, &entries, present);
     });
     model.set_tier(tier);
 }
@@ -136,11 +132,14 @@ fn compare_menu(ui: &mut Ui, model: &mut Model, picture: &mut PictureView) {
     let mut chosen = present.clone();
     let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
     ComboBox::from_id_salt("compare with").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
-        ui.selectable_value(&mut chosen, None, "nothing");
-        for compared in comparable(model.editor()) {
-            let name = compared.name();
-            ui.selectable_value(&mut chosen, Some(compared), name);
+        let others = comparable(model.editor());
+        let names: Vec<String> = others.iter().map(CompareWith::name).collect();
+        let place = others.iter().position(|other| Some(other) == present.as_ref()).map_or(0, |index| index + 1);
+        let mut entries = vec![(ui.selectable_value(&mut chosen, None, "nothing"), "nothing")];
+        for (compared, name) in others.into_iter().zip(&names) {
+            entries.push((ui.selectable_value(&mut chosen, Some(compared), name), name));
         }
+        choose_by_keys(ui, &entries, place);
     });
     if chosen != present {
         model.set_compared(chosen);
@@ -201,7 +200,7 @@ pub(super) fn picture_bar(ui: &mut Ui, view: &mut PictureView) {
 }
 
 pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
-    let length = model.images_length();
+    let (length, number) = (model.images_length(), model.images().frame_number());
     ui.horizontal(|ui| {
         let clock = model.clock();
         let text = if clock.is_playing { "Pause" } else { "Play" };
@@ -216,13 +215,14 @@ pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
         }
         let mut time = clock.time;
         let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
-        ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
+        ui.spacing_mut().slider_width = (ui.available_width() - 250.0).max(80.0);
+        let frame = number.unwrap_or_else(|| clock.frame());
         let mut shown = time.rem_euclid(seconds.max(1e-3));
         if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
             time = shown;
             clock.seek(time);
         }
-        ui.label(RichText::new(format!("{:7.2} s", clock.time)).monospace());
+        ui.label(RichText::new(format!("{:7.2} s  frame {frame}", clock.time)).monospace());
         if clock.is_cut_shown() {
             ui.label(RichText::new("without history").color(ACCENT).small())
                 .on_hover_text("The time was set: adaptation and other histories begin with this frame.");

@@ -3,6 +3,8 @@
 use afterimage_graph::node::PortType;
 use egui::{Color32, ComboBox, Pos2, RichText, Sense, Stroke, Ui, Vec2};
 
+use super::list_keys::choose_by_keys;
+use super::missing_image::lacking;
 use super::picture::{PictureView, Subject};
 use super::scopes::ScopePanel;
 use super::theme::{DIM, FIELD, wire_color};
@@ -17,23 +19,23 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, picture: &mut PictureView, sc
         match model.editor().checked().and_then(|checked| checked.wire_type(&inspected.wire)) {
             Some(PortType::Table) => return table(ui, &model.inspected_bytes().unwrap_or_default()),
             Some(PortType::Value) => return value(ui, &model.inspected_bytes().unwrap_or_default()),
-            Some(PortType::Block) => {
-                ui.label(RichText::new("A host gives this block: it has no image.").color(DIM));
-                return;
-            }
-            Some(PortType::Multisampled) => {
-                ui.label(RichText::new("A host gives this image: look at its `Resolve`.").color(DIM));
-                return;
-            }
             _ => {}
+        }
+        if let Some(text) = lacking(model) {
+            ui.label(RichText::new(text).color(DIM));
+            return;
         }
         let images = model.inspector().images(&inspected.wire);
         if images.len() > 1 {
             let shown = images.get(inspected.index).map_or(String::new(), |image| image.name.clone());
             ComboBox::from_id_salt("inspected image").selected_text(shown).width(170.0).show_ui(ui, |ui| {
+                let present = inspected.index;
+                let mut entries = Vec::new();
                 for (index, image) in images.iter().enumerate() {
-                    ui.selectable_value(&mut inspected.index, index, format!("{}  {}", image.name, image.desc.size));
+                    let text = format!("{}  {}", image.name, image.desc.size);
+                    entries.push((ui.selectable_value(&mut inspected.index, index, text), &*image.name));
                 }
+                choose_by_keys(ui, &entries, present);
             });
         }
         if let Some((image, _)) = model.inspected_image() {
@@ -42,11 +44,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, picture: &mut PictureView, sc
                 ui.add(egui::Slider::new(&mut inspected.slice, 0..=last).text("slice"));
             }
             ui.label(RichText::new(format!("{} {}", image.desc.size, image.desc.format.name())).color(DIM));
-        } else if model.inspector().is_compiling() {
-            ui.label(RichText::new("Compiling…").color(DIM));
-        } else {
-            let text = "No pass of the plan makes it: the node is skipped, or nothing reads it.";
-            ui.label(RichText::new(text).color(DIM));
         }
         if Subject::of(model).is_some_and(|subject| subject.is_data()) {
             range(ui, &mut picture.range, scopes);

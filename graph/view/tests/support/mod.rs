@@ -7,8 +7,10 @@ use std::sync::OnceLock;
 
 use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
 use afterimage_graph::image::Size;
+use afterimage_media::{Picture, Pixels};
 use afterimage_view::{
-    FrameTarget, Images, Model, NewFiles, Opened, Problem, Project, Rendered, Scene, Target, TextProject, UiRenderer,
+    FrameTarget, Images, InputData, InputFile, Model, NewFiles, Opened, Problem, Project, Rendered, Scene, Target,
+    TextProject, UiRenderer,
 };
 
 /// The size of the scene: small, and no multiple of anything.
@@ -72,6 +74,19 @@ pub(crate) fn picture(model: &Model) -> Texels {
     texels(model.shown().and_then(|shown| shown.picture()).expect("there is a picture"))
 }
 
+/// An image of one color.
+pub(crate) fn image(texel: [f32; 4]) -> InputData {
+    let texels = (0..SIZE.width * SIZE.height).flat_map(|_| texel).collect();
+    let picture = Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels));
+    let desc = picture.desc();
+    InputData::Image(Box::new(picture), desc)
+}
+
+/// A file with an image of one color.
+pub(crate) fn flat(name: &str, read: impl Fn() -> Result<[f32; 4], Problem> + 'static) -> InputFile {
+    InputFile::still(name, Box::new(move |_, _| Ok(image(read()?))))
+}
+
 /// The whole viewer on a texture, and its events.
 pub(crate) struct Window {
     pub(crate) ui: UiRenderer,
@@ -119,9 +134,12 @@ fn window_target(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {
     })
 }
 
-/// Opens what is dropped: the built-in pipelines by their names.
-fn open(_: &Gpu, path: &std::path::Path) -> Result<Opened, Problem> {
+/// Opens what is dropped: the built-in pipelines by their names, and images of one gray.
+fn open(path: &std::path::Path) -> Result<Opened, Problem> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if path.extension().is_some_and(|ending| ending == "exr") {
+        return Ok(Opened::Input(flat(&path.to_string_lossy(), || Ok([0.5, 0.5, 0.5, 1.0]))));
+    }
     let project = TextProject::built_in(&name);
     project.map(|project| Opened::Pipeline(Box::new(project))).ok_or_else(|| Problem::message(format!("no `{name}`")))
 }
@@ -137,6 +155,23 @@ impl egui::DroppedFile for Dropped {
 
     fn bytes(&self) -> Result<Vec<u8>, String> {
         std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+/// A text and its area.
+pub(crate) type Said = (String, egui::Rect);
+
+/// Adds the texts of a shape that are within an area.
+fn collect_texts(shape: &egui::Shape, clip: egui::Rect, texts: &mut Vec<Said>) {
+    match shape {
+        egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect_texts(shape, clip, texts)),
+        egui::Shape::Text(text) => {
+            let area = text.visual_bounding_rect().intersect(clip);
+            if area.is_positive() {
+                texts.push((text.galley.text().to_owned(), area));
+            }
+        }
+        _ => {}
     }
 }
 
@@ -198,6 +233,33 @@ impl Window {
         };
         let view = self.target.create_view(&Default::default());
         self.ui.frame(input, FrameTarget { view: &view, size: self.size }, 1.0 / 60.0);
+    }
+
+    /// The texts that the window shows, with their areas.
+    pub(crate) fn texts(&mut self) -> Vec<Said> {
+        let [width, height] = self.size.map(|side| side as f32);
+        let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
+        let input = egui::RawInput { screen_rect, time: Some(self.time), focused: true, ..Default::default() };
+        let ctx = self.ui.ctx().clone();
+        let mut output = ctx.run_ui(input, |ui| self.ui.viewer.show(ui));
+        output.textures_delta.clear();
+        let mut texts = Vec::new();
+        for clipped in output.shapes {
+            collect_texts(&clipped.shape, clipped.clip_rect, &mut texts);
+        }
+        texts
+    }
+
+    /// True if one of the texts contains this.
+    pub(crate) fn says(&mut self, text: &str) -> bool {
+        self.texts().iter().any(|(shown, _)| shown.contains(text))
+    }
+
+    /// The middle of the first text that is this.
+    pub(crate) fn place_of(&mut self, text: &str) -> egui::Pos2 {
+        let texts = self.texts();
+        let found = texts.iter().find(|(shown, _)| shown == text);
+        found.unwrap_or_else(|| panic!("no `{text}` among {texts:?}")).1.center()
     }
 
     /// Presses and releases a key.

@@ -7,7 +7,7 @@ pub(crate) mod compiled;
 use std::sync::Arc;
 
 use afterimage_graph::node::{BufferLife, Pass, Resource};
-use afterimage_plan::codegen::{Composed, SlotKind};
+use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{Device, Queue, TextureFormat};
 
@@ -78,8 +78,8 @@ pub struct PlanCompiler {
     pub(crate) compiled: Arc<CompiledPasses>,
     /// The host's task pool, if it has one: plans are compiled there, and not on the crate's threads.
     pub pool: Option<TaskPool>,
-    /// True if passes take the frame constants from immediates.
-    pub(crate) immediates: bool,
+    /// The way in which passes of this device read their numbers.
+    pub(crate) code: CodeOptions,
     /// The error of the device when the executor was made, if there was one.
     pub(crate) broken: Option<GpuError>,
 }
@@ -219,7 +219,7 @@ impl PlanCompiler {
             return Ok(known);
         }
         let composed: Vec<Composed> = (0..plan.passes.len())
-            .map(|index| plan.compose(index, self.immediates).map_err(|error| GpuError::Shader(error.into())))
+            .map(|index| plan.compose(index, self.code).map_err(|error| GpuError::Shader(error.into())))
             .collect::<Result<_, _>>()?;
         let requests = Self::requests(plan, composed.iter(), before, true);
         let pipelines = self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;

@@ -9,6 +9,10 @@ use crate::buffer::filled_buffer;
 use crate::error::GpuError;
 use crate::platform::{caught, without_memory};
 
+/// The usages of a buffer with the uniforms of a plan, of which some devices read those of passes as storage.
+pub(crate) const UNIFORMS: BufferUsages =
+    BufferUsages::UNIFORM.union(BufferUsages::STORAGE).union(BufferUsages::COPY_DST);
+
 /// The uniforms of a plan. A change is copied by the commands of the next frame, so that it comes after the frames that
 /// were recorded before, also if these are not submitted yet.
 pub(crate) struct Uniforms {
@@ -21,7 +25,7 @@ pub(crate) struct Uniforms {
 
 impl Uniforms {
     pub(crate) fn new(device: &Device, bytes: &[u8]) -> Result<Self, GpuError> {
-        let buffer = filled_buffer(device, "uniforms", bytes, BufferUsages::UNIFORM | BufferUsages::COPY_DST)?;
+        let buffer = filled_buffer(device, "uniforms", bytes, UNIFORMS)?;
         Ok(Self { buffer, bytes: bytes.to_vec(), unwritten: None })
     }
 

@@ -9,6 +9,7 @@ use afterimage_plan::Plan;
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{Color32, FontId, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2};
 
+use super::text::note_errors;
 use super::theme::{ACCENT, DIM, FIELD, wire_color};
 use crate::model::{InspectedWire, Model, PipelineInstance};
 use layout::{Item, Placed, layout};
@@ -21,49 +22,37 @@ const GROUNDS: [Color32; 4] = [
     Color32::from_rgb(0xc0, 0x80, 0xd8),
 ];
 
-/// The least enlargement at which a graph is shown first: names can be read.
-const READABLE: f32 = 0.8;
+/// The scales at which a graph is shown.
+const SCALES: (f32, f32) = (0.25, 2.0);
+/// The largest scale at which a small graph fills the panel.
+const LARGEST_FIT: f32 = 1.2;
+/// Points around the drawing.
+const MARGIN: f32 = 10.0;
 
 /// Points between columns, the width of a box, and the height of a row.
 const COLUMN: f32 = 130.0;
 const WIDTH: f32 = 104.0;
 const ROW: f32 = 15.0;
 
+#[derive(Default)]
 pub(super) struct GraphPanel {
-    scene: Rect,
+    /// The part of the drawing that the user has chosen; `None` for all of it.
+    view: Option<Rect>,
     placed: Vec<Placed>,
     /// The names of the placed inputs and nodes.
     names: Vec<String>,
 }
 
-impl Default for GraphPanel {
-    fn default() -> Self {
-        Self { scene: Rect::ZERO, placed: Vec::new(), names: Vec::new() }
-    }
-}
-
-/// The roles of nodes in the plan that runs.
-#[derive(Default)]
-struct Roles {
-    /// The reason of each skipped node.
-    skipped: BTreeMap<String, String>,
-    /// The first pass that a node shares with others.
-    fused: BTreeMap<String, usize>,
-}
-
-impl Roles {
-    fn of(plan: Option<&Plan>) -> Self {
-        let mut roles = Self::default();
-        let Some(plan) = plan else { return roles };
-        roles.skipped =
-            plan.savings.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
-        for (index, pass) in plan.work().enumerate().filter(|(_, pass)| pass.nodes.len() > 1) {
-            for node in &pass.nodes {
-                roles.fused.entry(node.clone()).or_insert(index);
-            }
+/// The first pass that a node shares with others, for each fused node.
+fn fused(plan: Option<&Plan>) -> BTreeMap<String, usize> {
+    let mut fused = BTreeMap::new();
+    let passes = plan.into_iter().flat_map(Plan::work).enumerate();
+    for (index, pass) in passes.filter(|(_, pass)| pass.nodes.len() > 1) {
+        for node in &pass.nodes {
+            fused.entry(node.clone()).or_insert(index);
         }
-        roles
     }
+    fused
 }
 
 impl GraphPanel {
@@ -74,35 +63,66 @@ impl GraphPanel {
             return;
         };
         self.place(&graph);
-        let roles = Roles::of(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
+        let fused = fused(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
         let inspected = model.inspector().wire().map(|wire| wire.wire.clone());
+        note_errors(ui, model);
         let mut chosen = None;
-        if self.scene == Rect::ZERO {
-            self.scene = self.first_view(ui.available_size());
-        }
-        let mut scene = self.scene;
-        egui::Scene::new().zoom_range(0.3..=2.0).show(ui, &mut scene, |ui| {
-            let drawing =
-                Drawing { graph: &graph, placed: &self.placed, roles: &roles, inspected: inspected.as_deref() };
-            chosen = drawing.show(ui);
+        let panel = ui.available_rect_before_wrap();
+        let before = self.zoomed(ui, panel);
+        let mut view = before;
+        let drawn = egui::Scene::new().zoom_range(SCALES.0..=SCALES.1).show(ui, &mut view, |ui| {
+            let (graph, placed, fused, inspected) = (&*graph, &*self.placed, &fused, inspected.as_deref());
+            // Names are larger in a drawing that is made smaller, as far as their boxes have room.
+            let name_size = (11.5 * before.width() / panel.width()).clamp(11.5, 15.0);
+            chosen = Drawing { model, graph, placed, fused, inspected, name_size }.show(ui);
         });
-        self.scene = scene;
+        if drawn.response.double_clicked() {
+            self.view = None;
+        } else if view != before {
+            self.view = Some(self.kept_in_view(view));
+        }
         if let Some(wire) = chosen {
             let again = inspected.as_deref() == Some(&wire);
             model.inspect_wire(if again { None } else { Some(InspectedWire::new(wire)) });
         }
     }
 
-    /// The part of the drawing that is shown first: all of it, or its beginning if it were too small to read.
-    fn first_view(&self, panel: Vec2) -> Rect {
+    /// The area of all nodes.
+    fn bounds(&self) -> Rect {
         let right = self.placed.iter().map(|placed| placed.rank as f32 * COLUMN + WIDTH).fold(0.0, f32::max);
         let lower = self.placed.iter().map(|placed| (placed.row + placed.rows) * ROW).fold(0.0, f32::max);
-        let margin = 14.0;
-        let whole = Vec2::new(right + 2.0 * margin, lower + 2.0 * margin);
-        let scale = (panel / whole).min_elem().clamp(READABLE, 1.2);
-        let shown = panel / scale;
-        let top = (lower - shown.y) / 2.0;
-        Rect::from_min_size(Pos2::new(-margin, top.min(lower / 2.0 - shown.y / 2.0)), shown)
+        Rect::from_min_max(Pos2::ZERO, Pos2::new(right, lower)).expand(MARGIN)
+    }
+
+    /// The part of the drawing that fills the panel: all of it, or what the user has chosen. The wheel zooms at the
+    /// pointer.
+    fn zoomed(&mut self, ui: &Ui, panel: Rect) -> Rect {
+        let bounds = self.bounds();
+        let scale_of = |view: Rect| (panel.size() / view.size()).min_elem().clamp(SCALES.0, SCALES.1);
+        let view = self.view.unwrap_or_else(|| {
+            let scale = scale_of(bounds).min(LARGEST_FIT);
+            Rect::from_center_size(bounds.center(), panel.size() / scale)
+        });
+        let Some(at) = ui.input(|input| input.pointer.hover_pos()).filter(|at| panel.contains(*at)) else {
+            return view;
+        };
+        let turned = ui.input_mut(|input| std::mem::take(&mut input.smooth_scroll_delta).y / 200.0);
+        if turned == 0.0 {
+            return view;
+        }
+        let before = scale_of(view);
+        let scale = (before * turned.exp2()).clamp(SCALES.0, SCALES.1);
+        let from_center = at - panel.center();
+        let center = view.center() + from_center / before - from_center / scale;
+        let view = self.kept_in_view(Rect::from_center_size(center, panel.size() / scale));
+        self.view = Some(view);
+        view
+    }
+
+    /// The part of the drawing moved so that its middle is within the drawing: no graph is lost.
+    fn kept_in_view(&self, view: Rect) -> Rect {
+        let bounds = self.bounds();
+        Rect::from_center_size(view.center().clamp(bounds.min, bounds.max), view.size())
     }
 
     /// Places the nodes anew if they are others.
@@ -110,24 +130,38 @@ impl GraphPanel {
         let inputs = graph.inputs.iter().map(|input| input.name.clone());
         let names: Vec<String> = inputs.chain(graph.nodes.iter().map(|node| node.name.clone())).collect();
         if names != self.names {
-            (self.placed, self.names) = (layout(graph), names);
-            self.scene = Rect::ZERO;
+            (self.placed, self.names, self.view) = (layout(graph), names, None);
+        }
+    }
+}
+
+/// The name of a wire: an input, or `node.port`.
+pub(super) fn wire_name(graph: &Graph, source: Source) -> String {
+    match source {
+        Source::Input(input) => graph.inputs[input].name.clone(),
+        Source::Node { node, output, .. } => {
+            let node = &graph.nodes[node];
+            format!("{}.{}", node.name, node.kind().outputs()[output].name)
         }
     }
 }
 
 /// A drawing of a graph.
 struct Drawing<'d> {
+    model: &'d Model,
     graph: &'d Graph,
     placed: &'d [Placed],
-    roles: &'d Roles,
+    /// The first pass that a node shares with others.
+    fused: &'d BTreeMap<String, usize>,
     inspected: Option<&'d str>,
+    /// The size of the names of nodes.
+    name_size: f32,
 }
 
 impl Drawing<'_> {
     /// Draws it, and states which wire was clicked.
     fn show(&self, ui: &mut Ui) -> Option<String> {
-        self.fused(ui);
+        self.grounds(ui);
         let mut chosen = None;
         for (index, node) in self.graph.nodes.iter().enumerate() {
             let wired = node.wires.iter().flatten().enumerate();
@@ -170,7 +204,7 @@ impl Drawing<'_> {
     fn wire(&self, ui: &Ui, source: Source, to: Pos2) {
         let from = self.output_at(source);
         let is_past = matches!(source, Source::Node { previous: 1.., .. });
-        let is_inspected = self.inspected == Some(&self.name_of(source));
+        let is_inspected = self.inspected == Some(&wire_name(self.graph, source));
         let color = wire_color(self.graph.port_type(source));
         let color = if is_past { color.gamma_multiply(0.4) } else { color };
         let stroke = if is_inspected { Stroke::new(3.0, ACCENT) } else { Stroke::new(1.5, color) };
@@ -184,22 +218,11 @@ impl Drawing<'_> {
         ui.painter().add(curve);
     }
 
-    /// The wire's name: an input, or `node.port`.
-    fn name_of(&self, source: Source) -> String {
-        match source {
-            Source::Input(input) => self.graph.inputs[input].name.clone(),
-            Source::Node { node, output, .. } => {
-                let node = &self.graph.nodes[node];
-                format!("{}.{}", node.name, node.kind().outputs()[output].name)
-            }
-        }
-    }
-
     /// A background behind the nodes of one pass, in its own color.
-    fn fused(&self, ui: &Ui) {
+    fn grounds(&self, ui: &Ui) {
         for placed in self.placed {
             let Item::Node(node) = placed.item else { continue };
-            let Some(pass) = self.roles.fused.get(&self.graph.nodes[node].name) else { continue };
+            let Some(pass) = self.fused.get(&self.graph.nodes[node].name) else { continue };
             let color = GROUNDS[pass % GROUNDS.len()];
             let wide = self.rect(placed).expand2(Vec2::new((COLUMN - WIDTH) / 2.0, 5.0));
             ui.painter().rect_filled(wide, 5.0, color.gamma_multiply(0.22));
@@ -221,7 +244,7 @@ impl Drawing<'_> {
 
     fn node(&self, ui: &mut Ui, rect: Rect, index: usize) -> Option<String> {
         let node = &self.graph.nodes[index];
-        let skipped = self.roles.skipped.get(&node.name);
+        let skipped = self.model.skip_reason(&node.name);
         let names = node.kind().outputs().iter().map(|port| format!("{}.{}", node.name, port.name));
         let names: Vec<String> = names.collect();
         let is_inspected = names.iter().any(|name| self.inspected == Some(name));
@@ -260,10 +283,10 @@ impl Drawing<'_> {
         };
         ui.painter().rect(rect, 4.0, fill, line, egui::StrokeKind::Inside);
         let color = if is_skipped { Color32::from_gray(0x70) } else { Color32::from_gray(0xe4) };
-        let mut line = LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(11.5), color);
-        line.wrap = TextWrapping::truncate_at_width(rect.width() - 14.0);
+        let mut line = LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(self.name_size), color);
+        line.wrap = TextWrapping::truncate_at_width(rect.width() - 10.0);
         let line = ui.painter().layout_job(line);
-        ui.painter().galley(rect.min + Vec2::new(7.0, 2.0), line, color);
+        ui.painter().galley(rect.min + Vec2::new(7.0, 1.0), line, color);
         response
     }
 }
@@ -274,7 +297,7 @@ fn text(ui: &Ui, at: Pos2, align: egui::Align2, text: &str, is_skipped: bool) {
 }
 
 /// The description of a node, and the reason if it is skipped.
-fn about(ui: &mut Ui, node: &afterimage_graph::check::GraphNode, skipped: Option<&String>) {
+fn about(ui: &mut Ui, node: &afterimage_graph::check::GraphNode, skipped: Option<&str>) {
     ui.label(RichText::new(format!("{}: {}", node.name, node.kind().name())).strong());
     ui.label(node.kind().doc().split("\n\n").next().unwrap_or_default());
     if let Some(why) = skipped {

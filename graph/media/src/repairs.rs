@@ -1,31 +1,33 @@
 //! The pixels of an input that the graph repairs, and whether it has an alpha.
 
-use afterimage_graph::color::rec709_luminance;
-use afterimage_graph::image::Signedness;
-use afterimage_media::{Picture, Pixels};
+use afterimage_base::color::rec709_luminance;
+use afterimage_base::image::Signedness;
 use half::f16;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::{Picture, Pixels};
+
 /// Numbers of pixels with values that no image can show. Each pixel counts once, for the first that holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct Repairs {
-    pub(crate) nan: u64,
+pub struct Repairs {
+    /// With NaN.
+    pub nan: u64,
     /// With an infinity.
-    pub(crate) infinite: u64,
+    pub infinite: u64,
     /// With a negative number that the input does not keep: a luminance below 0 in scene light, any in light of a
     /// display.
-    pub(crate) negative: u64,
+    pub negative: u64,
 }
 
 impl Repairs {
     /// Counts the pixels of a picture for an input of this signedness.
-    pub(crate) fn of(picture: &Picture, signedness: Signedness) -> Self {
+    pub fn of(picture: &Picture, signedness: Signedness) -> Self {
         Self::below(picture, 0, signedness)
     }
 
     /// Counts the pixels of a picture from a row on.
-    pub(crate) fn below(picture: &Picture, row: u32, signedness: Signedness) -> Self {
+    pub fn below(picture: &Picture, row: u32, signedness: Signedness) -> Self {
         let first = row as usize * picture.width as usize;
         match &picture.pixels {
             Pixels::Half(values) => Self::sum(&values[4 * first..], |pixel, repairs| {
@@ -61,7 +63,7 @@ impl Repairs {
     }
 
     /// The sum of both.
-    pub(crate) fn and(self, other: Self) -> Self {
+    pub fn and(self, other: Self) -> Self {
         Self {
             nan: self.nan + other.nan,
             infinite: self.infinite + other.infinite,
@@ -70,7 +72,7 @@ impl Repairs {
     }
 
     /// True if no pixel is repaired.
-    pub(crate) fn is_none(self) -> bool {
+    pub fn is_none(self) -> bool {
         self == Self::default()
     }
 }
@@ -91,7 +93,7 @@ fn is_limited([r, g, b, a]: [f32; 4], signedness: Signedness) -> bool {
 }
 
 /// True if alpha is 1 everywhere, as in an image without alpha.
-pub(crate) fn is_opaque(picture: &Picture) -> bool {
+pub fn is_opaque(picture: &Picture) -> bool {
     all_pixels(picture, |[.., alpha]| alpha == 1.0)
 }
 

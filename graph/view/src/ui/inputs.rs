@@ -1,0 +1,197 @@
+//! The group of inputs: one row for each input of the pipeline, with its file.
+
+use std::path::{Path, PathBuf};
+
+use afterimage_graph::check::GraphInput;
+use afterimage_graph::image::ColorState;
+use egui::{Context, Id, Modal, RichText, Ui};
+
+use super::controls::line;
+use super::theme::DIM;
+use crate::Problem;
+use crate::model::{InputFile, Model, SCENE_NAME};
+
+/// The rows of inputs, and the question for the input of a file.
+#[derive(Default)]
+pub(super) struct InputPanel {
+    /// The file of an input that the user has named.
+    pub(super) named: Option<(String, PathBuf)>,
+    /// The input whose row is under the pointer.
+    hovered: Option<String>,
+    /// A dropped file that several inputs can take.
+    asked: Option<InputFile>,
+}
+
+impl InputPanel {
+    /// True while the user is asked for the input of a file.
+    pub(super) fn asks(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Shows the rows, of which `has_paths` states that a path can be typed.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, has_paths: bool) {
+        self.hovered = None;
+        let Some(graph) = model.editor().graph().cloned().filter(|graph| !graph.inputs.is_empty()) else { return };
+        ui.label(RichText::new("Inputs").strong())
+            .on_hover_text("Drop a file on a row, or type its path: EXR, HDR, PNG or JPEG, and JSON for cameras");
+        for input in &graph.inputs {
+            let row = ui.horizontal(|ui| self.row(ui, model, input, &graph.inputs, has_paths));
+            if row.response.contains_pointer() {
+                self.hovered = Some(input.name.clone());
+            }
+        }
+        ui.separator();
+    }
+
+    fn row(&mut self, ui: &mut Ui, model: &mut Model, input: &GraphInput, inputs: &[GraphInput], has_paths: bool) {
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(egui::vec2(94.0, 20.0), layout, |ui| {
+            ui.set_min_width(94.0);
+            ui.add(egui::Label::new(&input.name).truncate()).on_hover_text(about(input));
+        });
+        let given = model.images().name(input, inputs).map(str::to_owned);
+        let is_file = given.as_deref().is_some_and(|name| name != SCENE_NAME);
+        let shown = if is_file { given.as_deref().unwrap_or_default() } else { "" };
+        let hint = given.clone().unwrap_or_else(|| if input.optional { "nothing" } else { "needed" }.to_owned());
+        if has_paths {
+            if let Some(path) = line(ui, &input.name, shown, &hint, 128.0) {
+                match path.is_empty() {
+                    true => clear(model, input),
+                    false => self.named = Some((input.name.clone(), path.into())),
+                }
+            }
+        } else {
+            ui.add(egui::Label::new(RichText::new(if is_file { shown } else { &hint }).color(DIM)).truncate());
+        }
+        if is_file && ui.small_button("×").on_hover_text("Without this file").clicked() {
+            clear(model, input);
+        }
+        ui.label(RichText::new(type_name(input)).color(DIM).small());
+    }
+
+    /// Gives a dropped file to an input: to that under the pointer, to the one that the name of the file has as a word,
+    /// or to the only one that needs it. Otherwise the user is asked. Returns a message.
+    pub(super) fn drop_file(&mut self, model: &mut Model, file: InputFile) -> Option<String> {
+        let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
+        let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();
+        let hovered = fitting.iter().find(|input| self.hovered.as_ref() == Some(&input.name));
+        let named = || fitting.iter().find(|input| is_named_in(&file.name, &input.name));
+        if let Some(input) = hovered.or_else(named) {
+            return Some(told(model, file, Some(&input.name)));
+        }
+        let needed: Vec<&&GraphInput> = fitting.iter().filter(|input| !input.optional).collect();
+        match (&needed[..], &fitting[..]) {
+            // It stays when another pipeline is opened, whatever that calls its image.
+            ([only], _) if only.block.is_none() => Some(told(model, file, None)),
+            (_, []) => Some(told(model, file, None)),
+            ([only], _) => Some(told(model, file, Some(&only.name))),
+            (_, [only]) => Some(told(model, file, Some(&only.name))),
+            _ => {
+                self.asked = Some(file);
+                None
+            }
+        }
+    }
+
+    /// Shows the question that is open. Returns a message.
+    pub(super) fn ask(&mut self, ctx: &Context, model: &mut Model) -> Option<String> {
+        let file = self.asked.take()?;
+        let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
+        let (mut chosen, mut is_left) = (None, false);
+        let modal = Modal::new(Id::new("input of a file")).show(ctx, |ui| {
+            ui.label(RichText::new(format!("{} is the input:", short(&file.name))).strong());
+            ui.add_space(8.0);
+            ui.horizontal_wrapped(|ui| {
+                for input in inputs.iter().filter(|input| fits(input, &file.name)) {
+                    if ui.button(&input.name).on_hover_text(about(input)).clicked() {
+                        chosen = Some(input.name.clone());
+                    }
+                }
+                is_left = ui.button("Cancel").clicked();
+            });
+        });
+        if let Some(input) = chosen {
+            return Some(told(model, file, Some(&input)));
+        }
+        if !is_left && !modal.should_close() {
+            self.asked = Some(file);
+        }
+        None
+    }
+}
+
+/// Gives an input a file. Returns the message.
+pub(super) fn told(model: &mut Model, file: InputFile, input: Option<&str>) -> String {
+    let name = short(&file.name);
+    let to = input.map_or(String::new(), |input| format!(" is the input `{input}`"));
+    match model.set_input(input, Some(file)) {
+        Ok(()) if input.is_none() => format!("Opened: {name}"),
+        Ok(()) => format!("{name}{to}"),
+        Err(problem @ Problem::Message { .. }) => format!("{name} is not shown: {problem}"),
+        Err(problem) => problem.to_string(),
+    }
+}
+
+/// Takes the file of an input away. A problem is shown with the next frame, which has no image then.
+fn clear(model: &mut Model, input: &GraphInput) {
+    let _ = model.set_input(Some(&input.name), None);
+}
+
+/// The name without its folders.
+fn short(name: &str) -> String {
+    Path::new(name).file_name().map_or(name.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// True if an input can take a file, by its ending.
+fn fits(input: &GraphInput, file: &str) -> bool {
+    let name = file.to_lowercase();
+    // A layer stands after `#`, which also is the place of a number.
+    let without_layer = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
+    let has_ending = |ending: &str| name.ends_with(ending) || without_layer.ends_with(ending);
+    match input.block {
+        Some(_) => has_ending(".json") || has_ending(".exr"),
+        None => !input.multisampled && !has_ending(".json"),
+    }
+}
+
+/// True if the name of a file has the name of an input as one of its words.
+fn is_named_in(file: &str, input: &str) -> bool {
+    let file = short(file).to_lowercase();
+    file.split(|c: char| !c.is_alphanumeric()).any(|word| word == input.to_lowercase())
+}
+
+/// The type of an input, in a word.
+fn type_name(input: &GraphInput) -> &'static str {
+    match (input.block, input.state) {
+        (Some(block), _) => block.name,
+        (None, _) if input.multisampled => "samples",
+        (None, _) if input.volume => "volume",
+        (None, ColorState::Data) => "data",
+        (None, _) => "color",
+    }
+}
+
+/// The description of an input.
+fn about(input: &GraphInput) -> String {
+    let mut text = match input.block {
+        Some(block) => block.doc.to_owned(),
+        None => format!("An image: {}.", input.state.name()),
+    };
+    if input.needs_alpha {
+        text += " Its alpha is a mask.";
+    }
+    text + if input.optional { " It may be left out." } else { "" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_file_tells_its_input() {
+        assert!(is_named_in("/shots/a/shot010_depth.0001.exr", "depth"));
+        assert!(is_named_in("Camera.json", "camera"));
+        assert!(!is_named_in("/depth/photo.exr", "depth"));
+        assert!(!is_named_in("indepth.exr", "depth"));
+    }
+}
