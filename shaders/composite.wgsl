@@ -1,4 +1,5 @@
-// Combines light with an image. Alpha is that of the image.
+// Combines light with an image. Alpha is that of the image. Light that is added is black beyond its border; light that
+// is mixed is a mean, which is its nearest texel there.
 #import sanitize
 #import math
 #import tent
@@ -6,6 +7,21 @@
 struct Composite {
     strength: f32,
     radius: f32,
+    texels: i32,
+    outer: vec4f,
+    inner: vec4f,
+}
+
+// True if the radius is at most 1.
+const COMPOSITE_NARROW: bool = false;
+
+fn composite_taps(params: Composite) -> TentTaps {
+    return TentTaps(params.texels, params.outer, params.inner);
+}
+
+fn composite_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
+    if COMPOSITE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_black); }
+    return tap_tent(t, s, uv, radius, is_black);
 }
 
 // Limited, because a sum of bright lights may exceed the largest half float.
@@ -34,7 +50,7 @@ fn composite_screen_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_screen(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_screen(base, tap_black(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_screen_tent(
@@ -44,7 +60,7 @@ fn composite_screen_tent(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_screen(base, tap_tent(bloom, bloom_sampler, at.uv, params.radius).rgb, params);
+    return composite_screen(base, composite_tap_tent(bloom, bloom_sampler, at.uv, params.radius, true).rgb, params);
 }
 
 fn composite_add_pixel(base: vec4f, bloom: vec4f, params: Composite) -> vec4f {
@@ -62,7 +78,7 @@ fn composite_add_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_sum(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_sum(base, tap_black(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_add_tent(
@@ -72,7 +88,7 @@ fn composite_add_tent(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_sum(base, tap_tent(bloom, bloom_sampler, at.uv, params.radius).rgb, params);
+    return composite_sum(base, composite_tap_tent(bloom, bloom_sampler, at.uv, params.radius, true).rgb, params);
 }
 
 fn composite_mix_bilinear(
@@ -92,5 +108,39 @@ fn composite_mix_tent(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_mean(base, tap_tent(bloom, bloom_sampler, at.uv, params.radius).rgb, params);
+    return composite_mean(base, composite_tap_tent(bloom, bloom_sampler, at.uv, params.radius, false).rgb, params);
+}
+
+// For light of exactly half or a quarter of the size of the image.
+fn composite_add_whole(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
+    let light = tap_whole_tent(bloom, bloom_sampler, at, composite_taps(params), true).rgb;
+    return composite_sum(base, light, params);
+}
+
+fn composite_screen_whole(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
+    let light = tap_whole_tent(bloom, bloom_sampler, at, composite_taps(params), true).rgb;
+    return composite_screen(base, light, params);
+}
+
+fn composite_mix_whole(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
+    let light = tap_whole_tent(bloom, bloom_sampler, at, composite_taps(params), false).rgb;
+    return composite_mean(base, light, params);
 }

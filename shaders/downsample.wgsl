@@ -3,6 +3,10 @@
 #import color
 #import tent
 
+struct Downsample {
+    edge: f32,   // 1 if the image continues beyond its border, and 0 if it is black there
+}
+
 // A weighted sum of colors.
 struct DownsampleSum {
     color: vec4f,
@@ -16,32 +20,54 @@ struct DownsampleGroups {
     corners: array<vec4f, 4>,
 }
 
-fn downsample_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> vec4f {
-    return tap(source, source_sampler, at.uv + vec2f(x, y) / vec2f(textureDimensions(source)));
+fn downsample_tap(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    x: f32,
+    y: f32,
+    params: Downsample,
+) -> vec4f {
+    let size = vec2f(textureDimensions(source));
+    let place = at.uv * size + vec2f(x, y);
+    let inside = max(tap_inside(place, size), vec2f(params.edge));
+    return inside.x * inside.y * tap(source, source_sampler, place / size);
 }
 
 // The mean of four taps at 1 texel from (x, y) along both axes.
-fn downsample_square(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> vec4f {
-    let upper = downsample_tap(source, source_sampler, at, x - 1.0, y - 1.0)
-        + downsample_tap(source, source_sampler, at, x + 1.0, y - 1.0);
-    let lower = downsample_tap(source, source_sampler, at, x - 1.0, y + 1.0)
-        + downsample_tap(source, source_sampler, at, x + 1.0, y + 1.0);
+fn downsample_square(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    x: f32,
+    y: f32,
+    params: Downsample,
+) -> vec4f {
+    let upper = downsample_tap(source, source_sampler, at, x - 1.0, y - 1.0, params)
+        + downsample_tap(source, source_sampler, at, x + 1.0, y - 1.0, params);
+    let lower = downsample_tap(source, source_sampler, at, x - 1.0, y + 1.0, params)
+        + downsample_tap(source, source_sampler, at, x + 1.0, y + 1.0, params);
     return 0.25 * (upper + lower);
 }
 
-fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> DownsampleGroups {
+fn downsample_groups(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: Downsample,
+) -> DownsampleGroups {
     // Rows from the top; each at x = -2, 0 and 2 texels.
-    let a = downsample_tap(source, source_sampler, at, -2.0, -2.0);
-    let b = downsample_tap(source, source_sampler, at, 0.0, -2.0);
-    let c = downsample_tap(source, source_sampler, at, 2.0, -2.0);
-    let d = downsample_tap(source, source_sampler, at, -2.0, 0.0);
-    let e = downsample_tap(source, source_sampler, at, 0.0, 0.0);
-    let f = downsample_tap(source, source_sampler, at, 2.0, 0.0);
-    let g = downsample_tap(source, source_sampler, at, -2.0, 2.0);
-    let h = downsample_tap(source, source_sampler, at, 0.0, 2.0);
-    let i = downsample_tap(source, source_sampler, at, 2.0, 2.0);
+    let a = downsample_tap(source, source_sampler, at, -2.0, -2.0, params);
+    let b = downsample_tap(source, source_sampler, at, 0.0, -2.0, params);
+    let c = downsample_tap(source, source_sampler, at, 2.0, -2.0, params);
+    let d = downsample_tap(source, source_sampler, at, -2.0, 0.0, params);
+    let e = downsample_tap(source, source_sampler, at, 0.0, 0.0, params);
+    let f = downsample_tap(source, source_sampler, at, 2.0, 0.0, params);
+    let g = downsample_tap(source, source_sampler, at, -2.0, 2.0, params);
+    let h = downsample_tap(source, source_sampler, at, 0.0, 2.0, params);
+    let i = downsample_tap(source, source_sampler, at, 2.0, 2.0, params);
     let corners = array(0.25 * (a + b + d + e), 0.25 * (b + c + e + f), 0.25 * (d + e + g + h), 0.25 * (e + f + h + i));
-    return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
+    return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0, params), corners);
 }
 
 // Adds a color with the weight 1 / (1 + brightness of `around`).
@@ -61,19 +87,44 @@ fn downsample_box(source: texture_2d<f32>, source_sampler: sampler, at: Point) -
     return tap(source, source_sampler, at.uv);
 }
 
-fn downsample_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    return downsample_square(source, source_sampler, at, 0.0, 0.0);
+fn downsample_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
+    return downsample_square(source, source_sampler, at, 0.0, 0.0, params);
 }
 
-fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    return tap_tent(source, source_sampler, at.uv, 1.0);
+fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
+    return tap_narrow_tent(source, source_sampler, at.uv, 1.0, params.edge == 0.0);
 }
 
-fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let groups = downsample_groups(source, source_sampler, at);
+fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
+    let groups = downsample_groups(source, source_sampler, at, params);
     let upper = groups.corners[0] + groups.corners[1];
     let around = upper + groups.corners[2] + groups.corners[3];
     return 0.5 * groups.center + 0.125 * around;
+}
+
+// Weights 1 5 10 10 5 1 of texels along each axis: a tap between two texels weighs both, and those at the ends are 5/3
+// texels from the center.
+fn downsample_binomial(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: Downsample,
+) -> vec4f {
+    let low = downsample_binomial_row(source, source_sampler, at, -5.0 / 3.0, params);
+    let high = downsample_binomial_row(source, source_sampler, at, 5.0 / 3.0, params);
+    return 0.1875 * (low + high) + 0.625 * downsample_binomial_row(source, source_sampler, at, 0.0, params);
+}
+
+fn downsample_binomial_row(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    y: f32,
+    params: Downsample,
+) -> vec4f {
+    let left = downsample_tap(source, source_sampler, at, -5.0 / 3.0, y, params);
+    let right = downsample_tap(source, source_sampler, at, 5.0 / 3.0, y, params);
+    return 0.1875 * (left + right) + 0.625 * downsample_tap(source, source_sampler, at, 0.0, y, params);
 }
 
 // A box is a single read, so its four texels are weighted instead.
@@ -91,44 +142,45 @@ fn downsample_box_taps(source: texture_2d<f32>, at: Point) -> vec4f {
     return sum.color / sum.weight;
 }
 
-fn downsample_tap4_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+fn downsample_tap4_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y += 2) {
         for (var x = -1; x <= 1; x += 2) {
-            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y)), 0.25);
+            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y), params), 0.25);
         }
     }
     return sum.color / sum.weight;
 }
 
-fn downsample_tap9_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+fn downsample_tap9_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y)), tent_weight(x, y));
+            let color = downsample_tap(source, source_sampler, at, f32(x), f32(y), params);
+            downsample_add(&sum, color, tent_weight(x, y));
         }
     }
     return sum.color / sum.weight;
 }
 
-fn downsample_tap13_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+fn downsample_tap13_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let spread = downsample_tap(source, source_sampler, at, 2.0 * f32(x), 2.0 * f32(y));
+            let spread = downsample_tap(source, source_sampler, at, 2.0 * f32(x), 2.0 * f32(y), params);
             downsample_add(&sum, spread, 0.5 * tent_weight(x, y));
         }
     }
     for (var y = -1; y <= 1; y += 2) {
         for (var x = -1; x <= 1; x += 2) {
-            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y)), 0.125);
+            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y), params), 0.125);
         }
     }
     return sum.color / sum.weight;
 }
 
-fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let groups = downsample_groups(source, source_sampler, at);
+fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
+    let groups = downsample_groups(source, source_sampler, at, params);
     var sum = DownsampleSum();
     downsample_add(&sum, groups.center, 0.5);
     downsample_add(&sum, groups.corners[0], 0.125);
@@ -141,12 +193,12 @@ fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at:
 // The look of `downsample_tap13_groups` from five taps. Each corner has the weight of a square that it shares with the
 // center, which counts four times. A bright pixel at the center is in all squares and is kept; one at a corner is in
 // one square and is reduced. The factor four is nearest to the thirteen taps on images of rooms, streets and suns.
-fn downsample_tap4_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+fn downsample_tap4_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
     let middle = 0.8 * tap(source, source_sampler, at.uv);
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y += 2) {
         for (var x = -1; x <= 1; x += 2) {
-            let corner = downsample_tap(source, source_sampler, at, f32(x), f32(y));
+            let corner = downsample_tap(source, source_sampler, at, f32(x), f32(y), params);
             downsample_add_among(&sum, corner, 0.2 * corner + middle, 0.25);
         }
     }

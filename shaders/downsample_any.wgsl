@@ -6,20 +6,30 @@
 #import color
 #import tent
 
+struct DownsampleAnyBorder {
+    edge: f32,   // 1 if the image continues beyond its border, and 0 if it is black there
+}
+
 // A texel of the result in the source. Positions are relative to `base`, which keeps them exact in large images.
 struct DownsampleAny {
     base: vec2i,     // the texel of the source that contains the center
     center: vec2f,   // in [0, 1)
     scale: vec2f,    // texels of the source in one of the result
+    across: vec2f,   // where the image begins and ends: at the border, or far beyond it
+    down: vec2f,
 }
 
-fn downsample_any_at(source: texture_2d<f32>, at: Point) -> DownsampleAny {
+fn downsample_any_at(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> DownsampleAny {
     let size = textureDimensions(source);
     let result = vec2u(at.size);
     let halves = (2u * vec2u(at.pixel) + 1u) * size;
     let base = halves / (2u * result);
     let center = vec2f(halves - base * 2u * result) / (2.0 * at.size);
-    return DownsampleAny(vec2i(base), center, vec2f(size) / at.size);
+    let beyond = 1e6 * params.edge;
+    let low = -vec2f(base) - beyond;
+    let high = vec2f(size - base) + beyond;
+    let scale = vec2f(size) / at.size;
+    return DownsampleAny(vec2i(base), center, scale, vec2f(low.x, high.x), vec2f(low.y, high.y));
 }
 
 // The first texel that a filter reaches, and the first one beyond it.
@@ -35,9 +45,11 @@ fn downsample_any_reach(place: DownsampleAny, center: vec2f, reach: f32) -> Down
     return DownsampleAnyReach(vec2i(low), vec2i(high));
 }
 
-// The lengths of a texel within a box, along both axes.
-fn downsample_any_within(texel: vec2f, center: vec2f, half_width: vec2f) -> vec2f {
-    return max(min(texel + 1.0, center + half_width) - max(texel, center - half_width), vec2f());
+// The lengths of a texel of the image within a box, along both axes.
+fn downsample_any_within(place: DownsampleAny, texel: vec2f, center: vec2f, half_width: vec2f) -> vec2f {
+    let low = max(texel, vec2f(place.across.x, place.down.x));
+    let high = min(texel + 1.0, vec2f(place.across.y, place.down.y));
+    return max(min(high, center + half_width) - max(low, center - half_width), vec2f());
 }
 
 // The mean over a box. The offset of its center and half of its width are in texels of the result.
@@ -49,10 +61,10 @@ fn downsample_any_mean(source: texture_2d<f32>, place: DownsampleAny, offset: ve
     for (var y = reach.first.y; y < reach.end.y; y++) {
         var row = vec4f();
         for (var x = reach.first.x; x < reach.end.x; x++) {
-            let within = downsample_any_within(vec2f(vec2i(x, y)), center, half);
+            let within = downsample_any_within(place, vec2f(vec2i(x, y)), center, half);
             row += within.x * texel(source, place.base + vec2i(x, y));
         }
-        sum += downsample_any_within(vec2f(0.0, f32(y)), center, half).y * row;
+        sum += downsample_any_within(place, vec2f(0.0, f32(y)), center, half).y * row;
     }
     return sum / (4.0 * half.x * half.y);
 }
@@ -81,14 +93,14 @@ fn downsample_any_groups(source: texture_2d<f32>, place: DownsampleAny) -> Downs
         for (var x = reach.first.x; x < reach.end.x; x++) {
             let color = texel(source, place.base + vec2i(x, y));
             let column = vec2f(f32(x), 0.0);
-            middle += downsample_any_within(column, place.center, place.scale).x * color;
-            left += downsample_any_within(column, low, place.scale).x * color;
-            right += downsample_any_within(column, high, place.scale).x * color;
+            middle += downsample_any_within(place, column, place.center, place.scale).x * color;
+            left += downsample_any_within(place, column, low, place.scale).x * color;
+            right += downsample_any_within(place, column, high, place.scale).x * color;
         }
         let row = vec2f(0.0, f32(y));
-        let upper = downsample_any_within(row, low, place.scale).y;
-        let lower = downsample_any_within(row, high, place.scale).y;
-        groups.center += downsample_any_within(row, place.center, place.scale).y * middle;
+        let upper = downsample_any_within(place, row, low, place.scale).y;
+        let lower = downsample_any_within(place, row, high, place.scale).y;
+        groups.center += downsample_any_within(place, row, place.center, place.scale).y * middle;
         groups.corners[0] += upper * left;
         groups.corners[1] += upper * right;
         groups.corners[2] += lower * left;
@@ -124,16 +136,23 @@ fn downsample_any_first(place: DownsampleAny, reach: f32) -> vec2f {
     return max(floor(place.center - reach * place.scale), vec2f(-1 - place.base));
 }
 
-// The ends of pairs of texels, and what is between the two of a pair. The first pair begins far outside.
+// The ends of pairs of texels, and what is between the two of a pair, within the image. The first pair begins far
+// outside.
 struct DownsampleAnyPairs {
     start: vec4f,
     middle: vec4f,
     end: vec4f,
 }
 
-fn downsample_any_pairs(first: f32) -> DownsampleAnyPairs {
+fn downsample_any_pairs(first: f32, ends: vec2f) -> DownsampleAnyPairs {
     let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
-    return DownsampleAnyPairs(vec4f(-1e6, pairs.yzw), pairs + 1.0, pairs + 2.0);
+    let low = vec4f(ends.x);
+    let high = vec4f(ends.y);
+    return DownsampleAnyPairs(
+        clamp(vec4f(-1e6, pairs.yzw), low, high),
+        clamp(pairs + 1.0, low, high),
+        clamp(pairs + 2.0, low, high),
+    );
 }
 
 // The taps of a filter of which these shares are below the ends of the pairs.
@@ -150,8 +169,8 @@ fn downsample_any_below(at: vec4f, center: f32, width: f32) -> vec4f {
     return clamp((at - center) / width + 0.5, vec4f(), vec4f(1.0));
 }
 
-fn downsample_any_box_along(first: f32, center: f32, width: f32) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first);
+fn downsample_any_box_along(first: f32, center: f32, width: f32, ends: vec2f) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first, ends);
     let below = DownsampleAnyPairs(
         downsample_any_below(pairs.start, center, width),
         downsample_any_below(pairs.middle, center, width),
@@ -166,12 +185,30 @@ fn downsample_any_below_wide(at: vec4f, center: f32, scale: f32) -> vec4f {
     return 0.5 * (low + downsample_any_below(at, center + 0.5 * scale, 2.0 * scale));
 }
 
-fn downsample_any_wide_along(first: f32, center: f32, scale: f32) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first);
+fn downsample_any_wide_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first, ends);
     let below = DownsampleAnyPairs(
         downsample_any_below_wide(pairs.start, center, scale),
         downsample_any_below_wide(pairs.middle, center, scale),
         downsample_any_below_wide(pairs.end, center, scale),
+    );
+    return downsample_any_taps(first, below);
+}
+
+// The mean of five boxes of a texel of the result, half such a texel apart, with the weights 1 4 6 4 1.
+fn downsample_any_below_binomial(at: vec4f, center: f32, scale: f32) -> vec4f {
+    let half = 0.5 * scale;
+    let inner = downsample_any_below(at, center - half, scale) + downsample_any_below(at, center + half, scale);
+    let outer = downsample_any_below(at, center - scale, scale) + downsample_any_below(at, center + scale, scale);
+    return 0.375 * downsample_any_below(at, center, scale) + 0.25 * inner + 0.0625 * outer;
+}
+
+fn downsample_any_binomial_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first, ends);
+    let below = DownsampleAnyPairs(
+        downsample_any_below_binomial(pairs.start, center, scale),
+        downsample_any_below_binomial(pairs.middle, center, scale),
+        downsample_any_below_binomial(pairs.end, center, scale),
     );
     return downsample_any_taps(first, below);
 }
@@ -182,8 +219,8 @@ fn downsample_any_below_tent(at: vec4f, center: f32, scale: f32) -> vec4f {
     return within - 0.5 * within * abs(within);
 }
 
-fn downsample_any_tent_along(first: f32, center: f32, scale: f32) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first);
+fn downsample_any_tent_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first, ends);
     let below = DownsampleAnyPairs(
         downsample_any_below_tent(pairs.start, center, scale),
         downsample_any_below_tent(pairs.middle, center, scale),
@@ -246,49 +283,82 @@ fn downsample_any_sum4(source: texture_2d<f32>, source_sampler: sampler, grid: D
     return first + second + third + grid.down.w * downsample_any_row4(source, source_sampler, grid, grid.v.w);
 }
 
-fn downsample_any_box(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_box(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: DownsampleAnyBorder,
+) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     let first = downsample_any_first(place, 0.5);
-    let across = downsample_any_box_along(first.x, place.center.x, place.scale.x);
-    let down = downsample_any_box_along(first.y, place.center.y, place.scale.y);
+    let across = downsample_any_box_along(first.x, place.center.x, place.scale.x, place.across);
+    let down = downsample_any_box_along(first.y, place.center.y, place.scale.y, place.down);
     return downsample_any_sum2(source, source_sampler, downsample_any_grid(source, place, across, down));
 }
 
-fn downsample_any_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap4(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: DownsampleAnyBorder,
+) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     let first = downsample_any_first(place, 1.0);
-    let across = downsample_any_box_along(first.x, place.center.x, 2.0 * place.scale.x);
-    let down = downsample_any_box_along(first.y, place.center.y, 2.0 * place.scale.y);
+    let across = downsample_any_box_along(first.x, place.center.x, 2.0 * place.scale.x, place.across);
+    let down = downsample_any_box_along(first.y, place.center.y, 2.0 * place.scale.y, place.down);
     return downsample_any_sum3(source, source_sampler, downsample_any_grid(source, place, across, down));
 }
 
-fn downsample_any_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap9(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: DownsampleAnyBorder,
+) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     let first = downsample_any_first(place, 1.0);
-    let across = downsample_any_tent_along(first.x, place.center.x, place.scale.x);
-    let down = downsample_any_tent_along(first.y, place.center.y, place.scale.y);
+    let across = downsample_any_tent_along(first.x, place.center.x, place.scale.x, place.across);
+    let down = downsample_any_tent_along(first.y, place.center.y, place.scale.y, place.down);
     return downsample_any_sum3(source, source_sampler, downsample_any_grid(source, place, across, down));
 }
 
 // Half of the box in the middle and half of the mean of the other four, which has the same weights along x in each row.
-fn downsample_any_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
-    let middle = downsample_any_tap4(source, source_sampler, at);
+fn downsample_any_tap13(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: DownsampleAnyBorder,
+) -> vec4f {
+    let place = downsample_any_at(source, at, params);
+    let middle = downsample_any_tap4(source, source_sampler, at, params);
     let first = downsample_any_first(place, 1.5);
-    let across = downsample_any_wide_along(first.x, place.center.x, place.scale.x);
-    let down = downsample_any_wide_along(first.y, place.center.y, place.scale.y);
+    let across = downsample_any_wide_along(first.x, place.center.x, place.scale.x, place.across);
+    let down = downsample_any_wide_along(first.y, place.center.y, place.scale.y, place.down);
     let around = downsample_any_sum4(source, source_sampler, downsample_any_grid(source, place, across, down));
     return 0.5 * middle + 0.5 * around;
 }
 
+fn downsample_any_binomial(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    params: DownsampleAnyBorder,
+) -> vec4f {
+    let place = downsample_any_at(source, at, params);
+    let first = downsample_any_first(place, 1.5);
+    let across = downsample_any_binomial_along(first.x, place.center.x, place.scale.x, place.across);
+    let down = downsample_any_binomial_along(first.y, place.center.y, place.scale.y, place.down);
+    return downsample_any_sum4(source, source_sampler, downsample_any_grid(source, place, across, down));
+}
+
 // A box is a single tap, so its texels are weighted instead.
-fn downsample_any_box_taps(source: texture_2d<f32>, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_box_taps(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     let reach = downsample_any_reach(place, place.center, 0.5);
     var sum = DownsampleAnySum();
     for (var y = reach.first.y; y < reach.end.y; y++) {
         for (var x = reach.first.x; x < reach.end.x; x++) {
-            let within = downsample_any_within(vec2f(vec2i(x, y)), place.center, 0.5 * place.scale);
+            let within = downsample_any_within(place, vec2f(vec2i(x, y)), place.center, 0.5 * place.scale);
             let color = texel(source, place.base + vec2i(x, y));
             downsample_any_add(&sum, color, color, within.x * within.y);
         }
@@ -296,8 +366,8 @@ fn downsample_any_box_taps(source: texture_2d<f32>, at: Point) -> vec4f {
     return sum.color / sum.weight;
 }
 
-fn downsample_any_tap4_taps(source: texture_2d<f32>, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap4_taps(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     var sum = DownsampleAnySum();
     for (var y = -1; y <= 1; y += 2) {
         for (var x = -1; x <= 1; x += 2) {
@@ -308,8 +378,8 @@ fn downsample_any_tap4_taps(source: texture_2d<f32>, at: Point) -> vec4f {
     return sum.color / sum.weight;
 }
 
-fn downsample_any_tap9_taps(source: texture_2d<f32>, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap9_taps(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     var sum = DownsampleAnySum();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
@@ -320,8 +390,8 @@ fn downsample_any_tap9_taps(source: texture_2d<f32>, at: Point) -> vec4f {
     return sum.color / sum.weight;
 }
 
-fn downsample_any_tap13_taps(source: texture_2d<f32>, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap13_taps(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     var sum = DownsampleAnySum();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
@@ -338,8 +408,8 @@ fn downsample_any_tap13_taps(source: texture_2d<f32>, at: Point) -> vec4f {
     return sum.color / sum.weight;
 }
 
-fn downsample_any_tap13_groups(source: texture_2d<f32>, at: Point) -> vec4f {
-    let groups = downsample_any_groups(source, downsample_any_at(source, at));
+fn downsample_any_tap13_groups(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let groups = downsample_any_groups(source, downsample_any_at(source, at, params));
     var sum = DownsampleAnySum();
     downsample_any_add(&sum, groups.center, groups.center, 0.5);
     for (var i = 0; i < 4; i++) {
@@ -349,8 +419,8 @@ fn downsample_any_tap13_groups(source: texture_2d<f32>, at: Point) -> vec4f {
 }
 
 // As `downsample_tap4_groups`.
-fn downsample_any_tap4_groups(source: texture_2d<f32>, at: Point) -> vec4f {
-    let place = downsample_any_at(source, at);
+fn downsample_any_tap4_groups(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> vec4f {
+    let place = downsample_any_at(source, at, params);
     let middle = 0.8 * downsample_any_tap(source, place, 0, 0);
     var sum = DownsampleAnySum();
     for (var y = -1; y <= 1; y += 2) {

@@ -73,11 +73,24 @@ fn extract_around(source: texture_2d<f32>, p: vec2i) -> f32 {
     return around;
 }
 
-// The largest channel within a pixel of a place in the frame before, from the peaks of 2x2 pixels.
+// A spark that moves may come from this far away, in cells of 2x2 pixels.
+const EXTRACT_REACH: i32 = 4;
+
+// The largest channel around a place in the frame before, from the peaks of 2x2 pixels: all of what was within a pixel,
+// and half of what was farther away, because the fireflies of a frame are seldom alone. This code runs for few pixels:
+// its loop begins at a number that is not constant, because drivers would unroll it otherwise.
 fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
-    let upper = max(texel(before, (p - 1) / 2).r, texel(before, vec2i(p.x + 1, p.y - 1) / 2).r);
-    let lower = max(texel(before, vec2i(p.x - 1, p.y + 1) / 2).r, texel(before, (p + 1) / 2).r);
-    return max(upper, lower);
+    let first = p / 2 - EXTRACT_REACH + min(p.x, 0);
+    let last = p / 2 + EXTRACT_REACH;
+    var most = 0.0;
+    for (var y = first.y; y <= last.y; y++) {
+        for (var x = first.x; x <= last.x; x++) {
+            let cell = vec2i(x, y);
+            let is_near = all(cell >= (p - 1) / 2) && all(cell <= (p + 1) / 2);
+            most = max(most, select(0.5, 1.0, is_near) * texel(before, cell).r);
+        }
+    }
+    return most;
 }
 
 // A pixel, one beside and one above or below it, and the pixel again.
@@ -109,13 +122,14 @@ fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
     return extract_dimmed(color, EXTRACT_CONTRAST * extract_around(source, at.pixel), at);
 }
 
-// The same with the peaks of the frame before.
-fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point) -> vec4f {
+// The same with the peaks of the frame before. Without one, nothing shows that a light was not there.
+fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point, frame: Frame) -> vec4f {
     let texels = extract_texels(source, at);
     let color = texels[0];
-    if extract_is_plain(color, texels[1], texels[2], at) { return color; }
-    let near = max(extract_around(source, at.pixel), extract_before(before, at.pixel));
-    return extract_dimmed(color, EXTRACT_CONTRAST * near, at);
+    if frame.reset != 0u || extract_is_plain(color, texels[1], texels[2], at) { return color; }
+    let near = extract_around(source, at.pixel);
+    if brightest(color.rgb) <= EXTRACT_CONTRAST * near { return color; }
+    return extract_dimmed(color, EXTRACT_CONTRAST * max(near, extract_before(before, at.pixel)), at);
 }
 
 // The same with what the eight pixels around show, by `extract_number`.
@@ -123,7 +137,14 @@ fn extract_limited_around(source: vec4f, around: Around, at: Point) -> vec4f {
     return extract_dimmed(source, EXTRACT_CONTRAST * largest_around(around), at);
 }
 
-fn extract_limited_around_since(source: vec4f, around: Around, before: texture_2d<f32>, at: Point) -> vec4f {
+fn extract_limited_around_since(
+    source: vec4f,
+    around: Around,
+    before: texture_2d<f32>,
+    at: Point,
+    frame: Frame,
+) -> vec4f {
+    if frame.reset != 0u || !extract_stands_out(source, around) { return source; }
     let near = max(largest_around(around), extract_before(before, at.pixel));
     return extract_dimmed(source, EXTRACT_CONTRAST * near, at);
 }

@@ -79,5 +79,5 @@ fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at:
 
 // The enlargement of a blur that was made at a lower resolution.
 fn gaussian_enlarged(small: texture_2d<f32>, small_sampler: sampler, at: Point) -> vec4f {
-    return tap_tent(small, small_sampler, at.uv, 1.0);
+    return tap_tent(small, small_sampler, at.uv, 1.0, false);
 }

@@ -21,7 +21,7 @@ fn halation(
     at: Point,
     params: Halation,
 ) -> vec4f {
-    return halation_spread(source, tap_tent(glow, glow_sampler, at.uv, 1.0).rgb, params);
+    return halation_spread(source, tap_tent(glow, glow_sampler, at.uv, 1.0, false).rgb, params);
 }
 
 fn halation_pixel(source: vec4f, glow: vec4f, params: Halation) -> vec4f {

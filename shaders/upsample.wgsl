@@ -1,4 +1,5 @@
 // One step from the coarsest level of a pyramid to the finest: combines a level with the result of all coarser ones.
+// Beyond their border, these are black, or with `edge` their nearest texel.
 #import sanitize
 #import tent
 
@@ -6,6 +7,21 @@ struct Upsample {
     radius: f32,
     own: f32,   // weight of the level
     rest: f32,  // weight of the coarser levels
+    texels: i32,
+    outer: vec4f,
+    inner: vec4f,
+}
+
+// True if the radius is at most 1.
+const UPSAMPLE_NARROW: bool = false;
+
+fn upsample_taps(params: Upsample) -> TentTaps {
+    return TentTaps(params.texels, params.outer, params.inner);
+}
+
+fn upsample_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
+    if UPSAMPLE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_black); }
+    return tap_tent(t, s, uv, radius, is_black);
 }
 
 // Limited, because sums of levels without normalization may exceed the largest half float.
@@ -20,7 +36,7 @@ fn upsample_bilinear(
     at: Point,
     params: Upsample,
 ) -> vec4f {
-    return upsample_join(level, tap(coarser, coarser_sampler, at.uv), params);
+    return upsample_join(level, tap_black(coarser, coarser_sampler, at.uv), params);
 }
 
 fn upsample_tent(
@@ -30,5 +46,46 @@ fn upsample_tent(
     at: Point,
     params: Upsample,
 ) -> vec4f {
-    return upsample_join(level, tap_tent(coarser, coarser_sampler, at.uv, params.radius), params);
+    return upsample_join(level, upsample_tap_tent(coarser, coarser_sampler, at.uv, params.radius, true), params);
+}
+
+fn upsample_edge_bilinear(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
+    return upsample_join(level, tap(coarser, coarser_sampler, at.uv), params);
+}
+
+fn upsample_edge_tent(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
+    return upsample_join(level, upsample_tap_tent(coarser, coarser_sampler, at.uv, params.radius, false), params);
+}
+
+// For a level of exactly twice or four times the size of the coarser one.
+fn upsample_whole(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
+    return upsample_join(level, tap_whole_tent(coarser, coarser_sampler, at, upsample_taps(params), true), params);
+}
+
+fn upsample_edge_whole(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
+    return upsample_join(level, tap_whole_tent(coarser, coarser_sampler, at, upsample_taps(params), false), params);
 }

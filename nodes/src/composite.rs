@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::upsample::{MAX_RADIUS, UpsampleFilter};
+use crate::upsample::{Enlargement, MAX_RADIUS, UpsampleFilter};
 
 static SHADER: Shader = shader!("composite");
 
@@ -23,8 +23,9 @@ node_kind! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
     /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
-    /// the image is not filtered. If no light is wired, or it is switched off, the result is the image. Results are
-    /// limited to 65504. Alpha is that of the image.
+    /// the image is not filtered. Beyond its border, light is black for `Add` and `Screen`, and its nearest texel for
+    /// `Mix`, where it is a mean of the picture. If no light is wired, or it is switched off, the result is the image.
+    /// Results are limited to 65504. Alpha is that of the image.
     pub struct Composite {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
@@ -49,14 +50,17 @@ node_kind! {
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 impl Composite {
-    fn function(&self) -> &'static str {
-        match (self.blend, self.filter) {
-            (CompositeBlend::Add, UpsampleFilter::Tent) => "composite_add_tent",
-            (CompositeBlend::Add, UpsampleFilter::Bilinear) => "composite_add_bilinear",
-            (CompositeBlend::Mix, UpsampleFilter::Tent) => "composite_mix_tent",
-            (CompositeBlend::Mix, UpsampleFilter::Bilinear) => "composite_mix_bilinear",
-            (CompositeBlend::Screen, UpsampleFilter::Tent) => "composite_screen_tent",
-            (CompositeBlend::Screen, UpsampleFilter::Bilinear) => "composite_screen_bilinear",
+    fn function(&self, enlargement: Enlargement) -> &'static str {
+        match (self.blend, enlargement) {
+            (CompositeBlend::Add, Enlargement::Bilinear) => "composite_add_bilinear",
+            (CompositeBlend::Add, Enlargement::Tent { .. }) => "composite_add_tent",
+            (CompositeBlend::Add, Enlargement::Whole { .. }) => "composite_add_whole",
+            (CompositeBlend::Mix, Enlargement::Bilinear) => "composite_mix_bilinear",
+            (CompositeBlend::Mix, Enlargement::Tent { .. }) => "composite_mix_tent",
+            (CompositeBlend::Mix, Enlargement::Whole { .. }) => "composite_mix_whole",
+            (CompositeBlend::Screen, Enlargement::Bilinear) => "composite_screen_bilinear",
+            (CompositeBlend::Screen, Enlargement::Tent { .. }) => "composite_screen_tent",
+            (CompositeBlend::Screen, Enlargement::Whole { .. }) => "composite_screen_whole",
         }
     }
 
@@ -83,6 +87,10 @@ impl Node for Composite {
         self.strength == 0.0 || inputs.is_absent("bloom") || adds_nothing
     }
 
+    fn averages(&self, input: &str, _: bool) -> bool {
+        input == "bloom" && self.blend == CompositeBlend::Mix
+    }
+
     fn record(&self, pass: &mut Recorder<'_>) {
         let wired = pass.wired("bloom");
         // Without bloom this runs only if a history needs the result. The strength is then 0, so any input will do.
@@ -96,9 +104,13 @@ impl Node for Composite {
             pass.desc(base).size
         };
         // The filter would blur light that has a texel for each pixel.
-        let is_equal = pass.desc(bloom).size == size;
-        pass.function(&SHADER, if is_equal { self.pixel_function() } else { self.function() })
-            .read("bloom", bloom)
+        let from = pass.desc(bloom).size;
+        let enlargement = self.filter.enlargement([from, size], self.radius, pass.is_dynamic("radius"));
+        let function = if from == size { self.pixel_function() } else { self.function(enlargement) };
+        let call = pass.function(&SHADER, function).read("bloom", bloom);
+        enlargement
+            .set_taps(call, self.radius)
+            .define("COMPOSITE_NARROW", enlargement.is_narrow())
             .set("strength", strength)
             .write("result", ImageDesc::new(size));
     }

@@ -13,10 +13,13 @@ choices! {
         Box,
         /// 4x4 texels of equal weight, 4 reads.
         Tap4,
-        /// A 3x3 tent of reads, 4x4 texels: the most stable under moving lights.
+        /// A 3x3 tent of reads, 4x4 texels.
         Tap9,
         /// Five overlapping squares, 6x6 texels, 13 reads: the least aliasing (Jimenez, 2014).
         Tap13,
+        /// 6x6 texels with the weights 1 5 10 10 5 1 along each axis, 9 reads: the glow of a small light changes the
+        /// least when the light moves.
+        Binomial,
     }
 }
 
@@ -34,8 +37,19 @@ choices! {
         /// the look.
         Groups,
         /// Each tap is weighted by 1 / (1 + brightness): the strongest. It also dims small lights that are intended
-        /// (Karis, 2013). `Box` has one tap, so its four texels are weighted.
+        /// (Karis, 2013). `Box` has one tap, so its four texels are weighted; `Binomial` uses the taps of `Tap9`.
         Taps,
+    }
+}
+
+choices! {
+    /// What lies beyond the border of an image.
+    pub enum Border {
+        /// Black: for light that spreads. A lamp at the border glows as it would in a larger picture. Where a
+        /// `Composite` with `blend: Mix` reads the result, it is a mean of the picture, and this is as `Edge`.
+        Black,
+        /// Its nearest pixel: for means, such as a blurred picture. A constant image stays the same.
+        Edge,
     }
 }
 
@@ -44,9 +58,9 @@ node_kind! {
     ///
     /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
-    /// The weights of every filter sum to 1, so a constant image stays the same on every level. Without `firefly`, each
-    /// pixel has the same weight in the sum of a level, but for those at the border, also where a side is odd: the
-    /// light of a moving lamp stays the same. Alpha is filtered like color. Reads beyond the border return the border.
+    /// The weights of every filter sum to 1, so away from the border a constant image stays the same on every level.
+    /// Without `firefly`, each pixel has the same weight in the sum of a level, but for those at the border, also where
+    /// a side is odd: the light of a moving lamp stays the same. Alpha is filtered like color.
     pub struct Downsample {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
@@ -57,10 +71,12 @@ node_kind! {
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
             DownsampleFilter::Tap13,
-            [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
+            [DownsampleFilter::Binomial, DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
         );
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
+        /// What lies beyond the border of the image.
+        pub border: Border = Border::Black;
     }
 
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
@@ -76,7 +92,7 @@ impl DownsampleFilter {
         match self {
             Self::Box => 0.0,
             Self::Tap4 | Self::Tap9 => 1.0,
-            Self::Tap13 => 2.0,
+            Self::Tap13 | Self::Binomial => 2.0,
         }
     }
 }
@@ -92,10 +108,10 @@ pub(crate) fn octaves(frame: Size, lines: u32) -> f64 {
     if (octaves - whole).abs() < 0.02 { whole } else { octaves }
 }
 
-/// Records one halving by `Tap13`.
+/// Records one halving of a picture by `Tap13`.
 pub(crate) fn halve(pass: &mut Recorder<'_>, source: ImageId, level: ImageId) {
     let downsample = Downsample { filter: DownsampleFilter::Tap13, firefly: Firefly::Off, ..Downsample::default() };
-    downsample.halve(pass, source, level, false);
+    downsample.halve(pass, source, level, false, Border::Edge);
 }
 
 impl Downsample {
@@ -109,9 +125,10 @@ impl Downsample {
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",
-            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_tap9_taps",
+            (DownsampleFilter::Tap9 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_tap9_taps",
             (DownsampleFilter::Tap13, Firefly::Off) => "downsample_tap13",
             (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_tap13_taps",
+            (DownsampleFilter::Binomial, Firefly::Off) => "downsample_binomial",
         }
     }
 }
@@ -134,13 +151,15 @@ impl Downsample {
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_any_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_any_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_any_tap9",
-            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_any_tap9_taps",
+            (DownsampleFilter::Tap9 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_any_tap9_taps",
             (DownsampleFilter::Tap13, Firefly::Off) => "downsample_any_tap13",
             (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_any_tap13_taps",
+            (DownsampleFilter::Binomial, Firefly::Off) => "downsample_any_binomial",
         }
     }
 
-    fn halve(&self, pass: &mut Recorder<'_>, source: ImageId, level: ImageId, is_first: bool) {
+    fn halve(&self, pass: &mut Recorder<'_>, source: ImageId, level: ImageId, is_first: bool, border: Border) {
+        let edge = f32::from(u8::from(border == Border::Edge));
         let (from, to) = (pass.desc(source).size, pass.desc(level).size);
         // Taps of a texture unit are means of whole texels here, and at no other ratio.
         if from.width == 2 * to.width && from.height == 2 * to.height {
@@ -148,33 +167,38 @@ impl Downsample {
             pass.function(&SHADER, function)
                 .label(format_args!("{function} {to}"))
                 .read("source", source)
-                .by_rows(self.by_rows(is_first))
+                .set("edge", edge)
+                .by_rows(self.by_rows(is_first, border))
                 .write_to(level);
         } else {
             let function = self.any_size_function(is_first);
             pass.function(&ANY_SIZE, function)
                 .label(format_args!("{function} {to}"))
                 .read("source", source)
-                .by_rows(self.by_rows(is_first))
+                .set("edge", edge)
+                .by_rows(self.by_rows(is_first, border))
                 .write_to(level);
         }
     }
 
-    fn by_rows(&self, is_first: bool) -> Option<ByRows> {
+    fn by_rows(&self, is_first: bool, border: Border) -> Option<ByRows> {
         let function = match self.function(is_first) {
             "downsample_box" => "downsample_rows_box",
             "downsample_tap4" => "downsample_rows_tap4",
             "downsample_tap13" => "downsample_rows_tap13",
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
+            "downsample_binomial" => "downsample_rows_binomial",
             _ => return None,
         };
-        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", reach: self.reach(is_first) })
+        let (reach, is_black) = (self.reach(is_first), border == Border::Black);
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", reach, is_black })
     }
 }
 
 impl Node for Downsample {
     fn invariants(&self, declared: Invariants) -> Invariants {
-        Invariants { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..declared }
+        let is_mean = self.border == Border::Edge;
+        Invariants { constant: is_mean, keeps_constant: is_mean, keeps_sum: self.firefly == Firefly::Off, ..declared }
     }
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
@@ -182,6 +206,8 @@ impl Node for Downsample {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
+        let is_averaged = pass.is_output_averaged("result") || pass.is_output_averaged("coarsest");
+        let border = if is_averaged { Border::Edge } else { self.border };
         let mut above = pass.image("source");
         let mut desc = ImageDesc::new(pass.desc(above).size);
         let more = octaves(pass.frame_size, self.lines).ceil() as i64;
@@ -189,7 +215,7 @@ impl Node for Downsample {
         for index in 0..count {
             desc = desc.half();
             let level = pass.level(format_args!("result.{index}"), desc);
-            self.halve(pass, above, level, index == 0);
+            self.halve(pass, above, level, index == 0, border);
             pass.add_output_level("result", level);
             above = level;
         }

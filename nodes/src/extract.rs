@@ -54,10 +54,11 @@ node_kind! {
     /// that. Results are limited to 65504. Alpha passes unchanged.
     ///
     /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
-    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was there or next to it in that
-    /// frame. So an outlier of one frame goes, and a light of one pixel stays if it moves by less than a pixel per
-    /// frame. In the first frame of a sequence, and in a single image, only the neighbors count: stars and lamps of
-    /// one pixel keep their light in the image, but get little bloom.
+    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was within a pixel in that frame,
+    /// and with half of what was within eight. So an outlier of one frame goes, and stars, lamps, embers and rain of
+    /// one pixel stay, also if they move by up to eight pixels per frame. Without a previous frame, as in the first of
+    /// a sequence, after a cut and in a single image, nothing shows that a light was not there, and all stay. Without
+    /// `before`, only the neighbors count, and lights of one pixel get little bloom.
     pub struct Extract {
         /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;
@@ -121,9 +122,11 @@ impl Extract {
 impl Extract {
     /// The image with single bright pixels limited.
     fn without_fireflies(pass: &mut Recorder<'_>, source: ImageId) -> ImageId {
+        if pass.is_zero("before") {
+            return source;
+        }
         let result = pass.transient("limited", ImageDesc::new(pass.desc(source).size));
-        let has_before = pass.wired("before") && !pass.is_zero("before");
-        let (function, by_neighbors) = match has_before {
+        let (function, by_neighbors) = match pass.wired("before") {
             true => ("extract_limited_since", "extract_limited_around_since"),
             false => ("extract_limited", "extract_limited_around"),
         };

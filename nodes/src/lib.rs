@@ -117,7 +117,7 @@ pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
 pub use depth_of_field::DepthOfField;
 pub use dither::Dither;
-pub use downsample::{Downsample, DownsampleFilter, Firefly};
+pub use downsample::{Border, Downsample, DownsampleFilter, Firefly};
 pub use eetf::{Eetf, EetfOn};
 pub use encode::{Encode, Primaries, Transfer};
 pub use exposure::Exposure;

@@ -1,8 +1,9 @@
 //! Upsample: combines the levels of a pyramid into one image, from the coarsest to the finest.
 
+use afterimage_graph::node::FunctionPass;
 use afterimage_graph::prelude::*;
 
-use crate::downsample::octaves;
+use crate::downsample::{Border, octaves};
 
 static SHADER: Shader = shader!("upsample");
 
@@ -57,6 +58,8 @@ node_kind! {
         pub radius: f32 = 1.0
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level"),
                when("filter", [UpsampleFilter::Tent]);
+        /// What lies beyond the border of a level.
+        pub border: Border = Border::Black;
     }
 
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
@@ -73,13 +76,52 @@ const MAX_LEVELS: usize = 32;
 /// The largest radius of the tent.
 pub(crate) const MAX_RADIUS: f32 = 4.0;
 
+/// A filter as it is computed from an image of one size to another.
+#[derive(Clone, Copy)]
+pub(crate) enum Enlargement {
+    Bilinear,
+    Tent {
+        is_narrow: bool,
+    },
+    /// A narrow tent to exactly two or four times the size.
+    Whole {
+        texels: u32,
+    },
+}
+
 impl UpsampleFilter {
-    fn function(self) -> &'static str {
-        match self {
-            Self::Tent => "upsample_tent",
-            Self::Bilinear => "upsample_bilinear",
+    /// The way to compute the filter. A radius that the host changes may become any.
+    pub(crate) fn enlargement(self, [from, to]: [Size; 2], radius: f32, is_dynamic: bool) -> Enlargement {
+        let is_narrow = radius <= 1.0 && !is_dynamic;
+        let is_whole = |texels: &u32| to.width == texels * from.width && to.height == texels * from.height;
+        match (self, [2, 4].into_iter().find(is_whole)) {
+            (Self::Bilinear, _) => Enlargement::Bilinear,
+            (Self::Tent, Some(texels)) if is_narrow => Enlargement::Whole { texels },
+            (Self::Tent, _) => Enlargement::Tent { is_narrow },
         }
     }
+}
+
+impl Enlargement {
+    pub(crate) fn is_narrow(self) -> bool {
+        matches!(self, Self::Tent { is_narrow: true })
+    }
+
+    /// Sets the numbers of `TentTaps` in a shader.
+    pub(crate) fn set_taps<'r, 'p>(self, pass: FunctionPass<'r, 'p>, radius: f32) -> FunctionPass<'r, 'p> {
+        let texels = if let Self::Whole { texels } = self { texels } else { 2 };
+        let [outer, inner] = if texels == 2 { [0.25; 2] } else { [0.375, 0.125] };
+        pass.set("texels", texels).set("outer", tent_taps(radius, outer)).set("inner", tent_taps(radius, inner))
+    }
+}
+
+/// The numbers of `TentTaps` for a place so far beside the middle of a texel. The radius counts up to 1.
+fn tent_taps(radius: f32, away: f32) -> [f32; 4] {
+    let radius = radius.min(1.0);
+    let hat = |away: f32| (1.0 - away.abs()).max(0.0);
+    let share = |away: f32| 0.5 * hat(away) + 0.25 * (hat(away - radius) + hat(away + radius));
+    let (near, far) = (share(away) + share(1.0 + away), share(1.0 - away) + share(2.0 - away));
+    [away + share(1.0 + away) / near, 1.0 - away + share(2.0 - away) / far, near, far]
 }
 
 impl Upsample {
@@ -113,7 +155,9 @@ impl Node for Upsample {
     }
 
     fn invariants(&self, declared: Invariants) -> Invariants {
-        Invariants { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..declared }
+        let is_mean = self.border == Border::Edge;
+        let is_normalized = self.normalize || self.blend != UpsampleBlend::Add;
+        Invariants { constant: is_mean, keeps_constant: is_mean && is_normalized, ..declared }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -127,6 +171,7 @@ impl Node for Upsample {
         let coarsest = if is_finest_alone { weights.iter().rposition(|weight| *weight > 0.0) } else { None };
         let coarsest = coarsest.unwrap_or(levels.len() - 1);
         let is_mean = self.normalize || self.blend == UpsampleBlend::Mix;
+        let border = if pass.is_output_averaged("result") { Border::Edge } else { self.border };
         let mut joined = levels[coarsest];
         // The weight of all levels in `joined`.
         let mut rest = weights[coarsest..].iter().sum::<f64>();
@@ -136,8 +181,20 @@ impl Node for Upsample {
             let all = rest + weights[index];
             // A running mean, not a sum divided at the end: sums of bright levels overflow half floats.
             let whole = if all > 0.0 && is_mean { all } else { 1.0 };
-            let function = self.filter.function();
-            pass.function(&SHADER, function)
+            let sizes = [pass.desc(joined).size, desc.size];
+            let enlargement = self.filter.enlargement(sizes, self.radius, pass.is_dynamic("radius"));
+            let function = match (enlargement, border) {
+                (Enlargement::Bilinear, Border::Black) => "upsample_bilinear",
+                (Enlargement::Bilinear, Border::Edge) => "upsample_edge_bilinear",
+                (Enlargement::Tent { .. }, Border::Black) => "upsample_tent",
+                (Enlargement::Tent { .. }, Border::Edge) => "upsample_edge_tent",
+                (Enlargement::Whole { .. }, Border::Black) => "upsample_whole",
+                (Enlargement::Whole { .. }, Border::Edge) => "upsample_edge_whole",
+            };
+            let call = pass.function(&SHADER, function);
+            enlargement
+                .set_taps(call, self.radius)
+                .define("UPSAMPLE_NARROW", enlargement.is_narrow())
                 .label(format_args!("{function} {}", desc.size))
                 .read("level", levels[index])
                 .read("coarser", joined)

@@ -31,3 +31,16 @@ struct Square {
     lower_left: vec4f,
     lower_right: vec4f,
 }
+
+// A square with black in the place of the texels that lie beyond the border of an image of `size`. The place of its
+// upper left texel is even.
+fn square_inside(square: Square, first: vec2i, size: vec2i) -> Square {
+    let is_first = (first >= vec2i()) & (first < size);
+    let is_second = is_first & (first + 1 < size);
+    return Square(
+        select(vec4f(), square.upper_left, is_first.x && is_first.y),
+        select(vec4f(), square.upper_right, is_second.x && is_first.y),
+        select(vec4f(), square.lower_left, is_first.x && is_second.y),
+        select(vec4f(), square.lower_right, is_second.x && is_second.y),
+    );
+}

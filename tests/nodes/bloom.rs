@@ -4,6 +4,7 @@ mod downsample;
 mod extract;
 mod fireflies;
 mod gaussian;
+mod laws;
 mod lights;
 mod upsample;
 
@@ -130,8 +131,13 @@ fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
     }
 }
 
-const FILTERS: [(&str, Down); 4] =
-    [("Box", Down::Box), ("Tap4", Down::FourTap), ("Tap9", Down::NineTap), ("Tap13", Down::ThirteenTap)];
+const FILTERS: [(&str, Down); 5] = [
+    ("Box", Down::Box),
+    ("Tap4", Down::FourTap),
+    ("Tap9", Down::NineTap),
+    ("Tap13", Down::ThirteenTap),
+    ("Binomial", Down::Binomial),
+];
 
 /// As many levels as are asked for and the size allows.
 pub(super) fn levels(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
@@ -170,8 +176,11 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
     for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
         let mut enlarged = Vec::new();
         for (scene, light) in scenes.iter().zip(&lights) {
-            let large = upsample(&image(light), [scene.width as usize, scene.height as usize], up, 1.0);
-            enlarged.push((brightest_around(&large), large));
+            let (light, size) = (image(light), [scene.width as usize, scene.height as usize]);
+            let is_equal = [light.width, light.height] == size;
+            let [mean, added] = [&light, &light.with_black_beyond()]
+                .map(|light| if is_equal { light.clone() } else { upsample(light, size, up, 1.0) });
+            enlarged.push((brightest_around(&mean), mean, added));
         }
         for (blend, reference) in
             [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp), ("Screen", composite_screen)]
@@ -182,7 +191,8 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
             );
             let graph = Nodes::new(&nodes, &[("scene", "Color"), ("light", "Color")]).graph();
             for (at, found) in Run::new(&graph).exact().first_frames(&inputs).iter().enumerate() {
-                let (scene, (around, large)) = (&scenes[at], &enlarged[at]);
+                let (scene, (around, mean, added)) = (&scenes[at], &enlarged[at]);
+                let large = if blend == "Mix" { mean } else { added };
                 // All three grow with the light, whose filter may err by a share of the brightest light around.
                 let with = |share: f64| {
                     Image::new(large.width, large.height, |x, y| {

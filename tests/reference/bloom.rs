@@ -41,13 +41,13 @@ pub(crate) fn level_sizes(width: usize, height: usize, count: usize) -> Vec<[usi
 }
 
 /// The levels of a chain, the first half of the image; the firefly weighting acts on the first
-/// step alone.
+/// step alone. Light beyond the border is black.
 pub(crate) fn levels(image: &Image, count: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
     let mut levels: Vec<Image> = Vec::new();
     for size in level_sizes(image.width, image.height, count) {
         let level = match levels.last() {
-            None => downsample_karis(image, size, filter, firefly),
-            Some(above) => downsample(above, size, filter),
+            None => downsample_karis(&image.with_black_beyond(), size, filter, firefly),
+            Some(above) => downsample(&above.with_black_beyond(), size, filter),
         };
         levels.push(level);
     }
@@ -55,7 +55,7 @@ pub(crate) fn levels(image: &Image, count: usize, filter: Down, firefly: Firefly
 }
 
 /// Joins levels from the smallest up by `mix(level, upsampled, spread)`; the result has the size
-/// of the first level.
+/// of the first level. Light beyond the border is black.
 pub(crate) fn lerp_chain(levels: &[Image], spread: f64, filter: Up, radius: f64) -> Image {
     join(levels, filter, radius, |level, above| mix4(level, above, spread))
 }
@@ -76,7 +76,7 @@ pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radi
 fn join(levels: &[Image], filter: Up, radius: f64, combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4]) -> Image {
     let (smallest, finer) = levels.split_last().expect("a chain has a level");
     finer.iter().rev().fold(smallest.clone(), |result, level| {
-        let wide = upsample(&result, [level.width, level.height], filter, radius);
+        let wide = upsample(&result.with_black_beyond(), [level.width, level.height], filter, radius);
         let pixels = level.pixels.iter().zip(&wide.pixels);
         Image { pixels: pixels.map(|(&a, &b)| combine(a, b)).collect(), ..*level }
     })
@@ -129,7 +129,7 @@ pub(crate) fn composite_screen(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
     [0, 1, 2].map(|i| scene[i] + (strength * bloom[i]).clamp(0.0, 1.0) * (1.0 - scene[i]).max(0.0))
 }
 
-/// The result of `fireflies: Limit` for an image, with the frame before if there is one.
+/// The result of `fireflies: Limit` for an image, with the frame before if there is one, or by its neighbors alone.
 pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image {
     let bright = |image: &Image, x: i64, y: i64| largest(rgb(image.texel(x, y)));
     Image::new(image.width, image.height, |x, y| {
@@ -138,11 +138,14 @@ pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image 
         let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
         let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
         let past = before.map_or(0.0, |before| {
-            let cell = |at: i64, side: usize| (at.max(0) / 2).min((side as i64 - 1) / 2);
-            let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
-            let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
-            let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
-            cells.map(|(i, j)| peak(before, i, j)).fold(0.0, f64::max)
+            let cell = |at: i64, away: i64, side: usize| (at / 2 + away).clamp(0, (side as i64 - 1) / 2);
+            let cells = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (i, j)));
+            let near = |at: i64, away: i64| ((at - 1) / 2..=(at + 1) / 2).contains(&(at / 2 + away));
+            let peaks = cells.map(|(i, j)| {
+                let share = if near(x, i) && near(y, j) { 1.0 } else { 0.5 };
+                share * peak(before, cell(x, i, image.width), cell(y, j, image.height))
+            });
+            peaks.fold(0.0, f64::max)
         });
         let (limit, own) = (4.0 * near.fold(past, f64::max), bright(image, x, y));
         let [r, g, b, a] = image.texel(x, y);
@@ -170,28 +173,29 @@ mod tests {
     use crate::reference::image::gray;
 
     #[test]
-    fn chains_keep_a_constant_at_any_size() {
-        let image = Image::new(13, 6, |_, _| gray(3.0));
-        let levels = levels(&image, 4, Down::ThirteenTap, Firefly::Groups);
-        assert_eq!(levels.len(), 4);
+    fn chains_keep_a_constant_away_from_the_border() {
+        let image = Image::new(208, 97, |_, _| gray(3.0));
+        let levels = levels(&image, 2, Down::ThirteenTap, Firefly::Groups);
+        assert_eq!(levels.len(), 2);
         for result in [lerp_chain(&levels, 0.85, Up::Tent, 1.0), additive_chain(&levels, Up::Bilinear, 1.0)] {
-            assert_eq!((result.width, result.height), (6, 3));
-            assert!(result.pixels.iter().all(|pixel| (pixel[0] - 3.0).abs() < 1e-12));
+            assert_eq!((result.width, result.height), (104, 48));
+            assert!((result.texel(52, 24)[0] - 3.0).abs() < 1e-12);
+            assert!(result.texel(0, 24)[0] < 2.5 && result.texel(0, 0)[0] < 2.0);
         }
     }
 
     #[test]
     fn a_chain_gives_each_level_its_weight() {
-        let sizes = level_sizes(32, 32, 4);
+        let sizes = level_sizes(256, 256, 4);
         for (wanted, weight) in lerp_weights(0.7, 4).into_iter().enumerate() {
             let levels: Vec<Image> = sizes
                 .iter()
                 .enumerate()
                 .map(|(i, &[w, h])| Image::new(w, h, |_, _| gray(f64::from(i == wanted))))
                 .collect();
-            let value = lerp_chain(&levels, 0.7, Up::Tent, 1.0).texel(8, 8)[0];
+            let value = lerp_chain(&levels, 0.7, Up::Tent, 1.0).texel(64, 64)[0];
             assert!((value - weight).abs() < 1e-14, "{wanted}: {value} {weight}");
-            let value = additive_chain(&levels, Up::Tent, 1.0).texel(8, 8)[0];
+            let value = additive_chain(&levels, Up::Tent, 1.0).texel(64, 64)[0];
             assert!((value - 0.25).abs() < 1e-14, "{wanted}: {value}");
         }
     }

@@ -1,11 +1,19 @@
 //! An image in f64 with the two ways of reading that shaders have: one texel, one bilinear tap.
 
+/// What lies beyond the border of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Beyond {
+    Edge,
+    Black,
+}
+
 /// Rows from the top, pixels from the left, four channels each.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Image {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) pixels: Vec<[f64; 4]>,
+    pub(crate) beyond: Beyond,
 }
 
 impl Image {
@@ -13,7 +21,12 @@ impl Image {
     pub(crate) fn new(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [f64; 4]) -> Image {
         assert!(width > 0 && height > 0, "an image has at least one pixel");
         let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
-        Image { width, height, pixels }
+        Image { width, height, pixels, beyond: Beyond::Edge }
+    }
+
+    /// The same image with black beyond its border.
+    pub(crate) fn with_black_beyond(&self) -> Image {
+        Image { beyond: Beyond::Black, ..self.clone() }
     }
 
     /// Calls `pixel` with the texture coordinate of every pixel's center.
@@ -21,14 +34,18 @@ impl Image {
         Image::new(width, height, |x, y| pixel(center_uv(x, y, width, height)))
     }
 
-    /// The pixel at (x, y), clamped to the edge.
+    /// The pixel at (x, y); beyond the border the one at the edge, or black.
     pub(crate) fn texel(&self, x: i64, y: i64) -> [f64; 4] {
+        let is_inside = (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y);
+        if !is_inside && self.beyond == Beyond::Black {
+            return [0.0; 4];
+        }
         let x = x.clamp(0, self.width as i64 - 1) as usize;
         let y = y.clamp(0, self.height as i64 - 1) as usize;
         self.pixels[y * self.width + x]
     }
 
-    /// A bilinear sample at `uv` in [0, 1], clamped to the edge: WebGPU's linear filter without
+    /// A bilinear sample at `uv` in [0, 1]: WebGPU's linear filter without
     /// the rounding of its weights.
     pub(crate) fn tap(&self, uv: [f64; 2]) -> [f64; 4] {
         let x = uv[0] * self.width as f64 - 0.5;

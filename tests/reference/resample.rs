@@ -17,6 +17,7 @@ pub(crate) enum Down {
     FourTap,
     NineTap,
     ThirteenTap,
+    Binomial,
 }
 
 /// The weighting of single bright pixels in the first downsample.
@@ -48,6 +49,11 @@ fn taps(filter: Down) -> Vec<Tap> {
         Down::FourTap => corners([0.0, 0.0], 1.0, 1.0),
         Down::NineTap => tent(1.0),
         Down::ThirteenTap => groups(filter, Firefly::Groups).concat(),
+        Down::Binomial => {
+            let side = [(-2.0, 1.0), (-1.0, 4.0), (0.0, 6.0), (1.0, 4.0), (2.0, 1.0)];
+            let row = |(y, b): (f64, f64)| side.map(|(x, a)| ([x, y], a * b / 256.0));
+            side.into_iter().flat_map(row).collect()
+        }
     }
 }
 
@@ -87,6 +93,10 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 /// A smaller image of `size` pixels whose groups of taps weigh `1 / (1 + brightness)`, with
 /// brightness the largest channel, and the weights made to sum to 1 again.
 pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
+    let filter = match (filter, firefly) {
+        (Down::Binomial, Firefly::Taps) => Down::NineTap,
+        _ => filter,
+    };
     match firefly {
         Firefly::Off => return downsample(image, size, filter),
         Firefly::Taps if filter == Down::Box => return downsample_texels(image, size),
@@ -260,7 +270,7 @@ mod tests {
     use super::*;
     use crate::reference::image::gray;
 
-    const FILTERS: [Down; 4] = [Down::Box, Down::FourTap, Down::NineTap, Down::ThirteenTap];
+    const FILTERS: [Down; 5] = [Down::Box, Down::FourTap, Down::NineTap, Down::ThirteenTap, Down::Binomial];
 
     #[test]
     fn a_constant_survives_every_filter_at_odd_sizes() {

@@ -141,6 +141,6 @@ pub fn assert_close(what: &str, found: &Picture, expected: &Image, tolerance: &T
 
 /// A picture in f64.
 pub fn image(picture: &Picture) -> Image {
-    let pixels = picture.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
-    Image { width: picture.width as usize, height: picture.height as usize, pixels }
+    let pixel = |x: usize, y: usize| picture.at(x as u32, y as u32).map(f64::from);
+    Image::new(picture.width as usize, picture.height as usize, pixel)
 }

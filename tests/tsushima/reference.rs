@@ -6,7 +6,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
 use super::scene;
-use crate::reference::bloom::{composite_add, knee_weight, levels, weighted_chain, without_fireflies};
+use crate::reference::bloom::{composite_add, knee_weight, levels, weighted_chain};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
 use crate::reference::curves::{Uchimura, matched_scale, uchimura, whitened};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
@@ -125,13 +125,16 @@ fn local(graph: &Graph, exposed: &Image, seen: &Image, contrast: f64) -> Image {
 fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let node = Node(graph, "bright");
     let (threshold, knee) = (node.number("threshold"), node.number("knee"));
-    let bright = without_fireflies(seen, None).map_rgb(|color| {
+    // In the first frame, no light counts as a firefly.
+    let bright = seen.map_rgb(|color| {
         let weight = knee_weight(largest(color), threshold, knee);
         color.map(|x| (x * weight).min(MAX_HALF))
     });
     let bloom = glow(&bright, Node(graph, "mips"), Node(graph, "bloom").number("radius"));
-    let bloom = upsample(&bloom, [seen.width, seen.height], Up::Bilinear, 0.0);
-    let strength = Node(graph, "lit").number("strength");
+    let node = Node(graph, "lit");
+    let size = [seen.width, seen.height];
+    let bloom = upsample(&bloom.with_black_beyond(), size, Up::Tent, node.number("radius"));
+    let strength = node.number("strength");
     Image::new(seen.width, seen.height, |x, y| {
         let [base, glow] = [local, &bloom].map(|image| image.texel(x as i64, y as i64));
         let [r, g, b] = composite_add(rgb(base), rgb(glow), strength).map(|x| x.min(MAX_HALF));
@@ -154,7 +157,7 @@ fn glow(bright: &Image, mips: Node<'_>, radius: f64) -> Image {
         weights[finer] += (1.0 - share) / count as f64;
         weights[coarser] += share / count as f64;
     }
-    weighted_chain(&levels(bright, count_here, Down::ThirteenTap, Firefly::Off), &weights, Up::Tent, radius)
+    weighted_chain(&levels(bright, count_here, Down::Binomial, Firefly::Off), &weights, Up::Tent, radius)
 }
 
 fn balanced(graph: &Graph, color: Rgb) -> Rgb {

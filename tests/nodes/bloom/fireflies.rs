@@ -104,7 +104,7 @@ fn fireflies_are_limited_as_in_the_cpu_reference() {
         -> bright"#;
     for size in [[64, 64], [61, 39]] {
         let (mut first, mut second) = (picture(size, true), picture(size, false));
-        for (x, y) in (6..13).flat_map(|y| (2..9).map(move |x| (x, y))) {
+        for (x, y) in (0..26).flat_map(|y| (0..22).map(move |x| (x, y))) {
             first.pixels[x + y * size[0] as usize] = [0.1; 4];
         }
         // A spark where the frame before was dark.

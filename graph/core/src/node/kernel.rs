@@ -160,6 +160,8 @@ pub struct ByRows {
     pub state: &'static str,
     /// Distance of the outermost taps from the center, in texels of the source.
     pub reach: f32,
+    /// True if the source is black beyond its border, and not its nearest texel.
+    pub is_black: bool,
 }
 
 /// The form of a function that reads one image of the size of its result no further than one texel from its pixel, and

@@ -108,6 +108,13 @@ pub trait Node: Any + Send + Sync {
         Ok(())
     }
 
+    /// Returns whether the image at an input stands for a mean of the picture, given whether an output does: then what
+    /// lies beyond the border of the picture is unknown, and not black.
+    fn averages(&self, input: &str, is_averaged: bool) -> bool {
+        let _ = input;
+        is_averaged
+    }
+
     /// Change of colorimetry at the present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep

@@ -209,6 +209,8 @@ pub enum OutputUse {
     OnlyX,
     /// All of it.
     Whole,
+    /// All of it, as a mean of the picture: what lies beyond the border is unknown there, and not black.
+    Mean,
 }
 
 /// Declaration of a kind, as a recorder needs it.

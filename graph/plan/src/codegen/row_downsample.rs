@@ -130,6 +130,12 @@ fn halves(rows: &RowDownsample, square: &str, row: &str) -> (String, String) {
     (statements, name)
 }
 
+/// The square of a row with black in the place of the texels that lie beyond the border of the source.
+fn inside(rows: &RowDownsample, square: &str, row: &str) -> String {
+    let [wide, high] = rows.odd;
+    format!("square_inside({square}, 2 * vec2i(column, {row}), 2 * size + vec2i({wide}, {high}))")
+}
+
 /// The places of the square of a row, whose names begin with `places`.
 fn places(places: &str, row: &str, indent: &str) -> String {
     let offsets = ["0, 0", "1, 0", "0, 1", "1, 1"];
@@ -179,10 +185,14 @@ fn stores_of_squares(rows: &RowDownsample, names: &Names) -> String {
 /// From the row above the first to the one below the last: a step gives the row before.
 fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
-    let (halves, given) = halves(rows, "square", "row");
+    let (lit, name) = match rows.is_black {
+        true => (format!("        let lit = {};\n", inside(rows, "square", "row")), "lit"),
+        false => (String::new(), "square"),
+    };
+    let (halves, given) = halves(rows, name, "row");
     format!(
         "    for (var row = first.y - 1; row <= end.y + {late}; row++) {{
-{square}{stores}{halves}        let value = {halve}(&state, {given}, invocation);
+{square}{stores}{lit}{halves}        let value = {halve}(&state, {given}, invocation);
         if row > first.y + {late} && is_own {{ textureStore({result}, vec2i(column, row - 1 - {late}), value); }}
     }}
 ",
@@ -197,9 +207,9 @@ const TEXELS: [(&str, &str); 4] =
     [("0, -2", "upper_left"), ("1, -2", "upper_right"), ("0, -1", "lower_left"), ("1, -1", "lower_right")];
 
 /// A step makes the texels of a square, and changes those of the square before, whose neighbors are known now. So it
-/// begins and ends a row further out. Beyond the border, squares consist of texels of the border as they are changed
-/// there: above of the first row, which is known when the first square is, and below of the last one. Of an image with
-/// an odd side, so does the part of the last square that is beyond.
+/// begins and ends a row further out. Beyond the border, squares are black, or consist of texels of the border as they
+/// are changed there: above of the first row, which is known when the first square is, and below of the last one. Of an
+/// image with an odd side, so does the part of the last square that is beyond.
 ///
 /// It needs many registers, so few workgroups wait at once: each step loads the texels of the next one before it uses
 /// its own. A walk without neighbors takes longer so.
@@ -226,6 +236,7 @@ fn walk_of_neighbors(
         true => format!("finish({}, seen.square.{texel})", point(offset)),
         false => format!("seen.square.{texel}"),
     };
+    let finished = format!("Square({})", of_texels(&finish, ", "));
     let ahead = |row: &str, indent: &str| match writer.load_ahead(4, indent) {
         loads if loads.is_empty() => loads,
         loads => places("next", row, indent) + &loads,
@@ -249,13 +260,7 @@ fn walk_of_neighbors(
             seen.square = Square(
 {change}            );
         }}
-        if row > last.y + 1 {{
-            changed = neighbors_lower(changed);
-        }} else {{
-            changed = neighbors_clamped(Square({finished}), column, size.x - 1);
-        }}
-        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}
-{halves}        let value = {halve}(&state, {given}, invocation);
+{beyond}{halves}        let value = {halve}(&state, {given}, invocation);
         if row > first.y + 1 + {high} && is_own {{ textureStore({result}, vec2i(column, row - 2 - {high}), value); }}
     }}
 ",
@@ -271,8 +276,18 @@ fn walk_of_neighbors(
                 if high == 1 { "row < size.y" } else { "true" },
             ),
         },
-        or_last = if high == 1 { " || row == last.y + 1" } else { "" },
         change = of_texels(&change, ""),
-        finished = of_texels(&finish, ", "),
+        beyond = match rows.is_black {
+            true => format!("        changed = {};\n", inside(rows, &finished, "(row - 1)")),
+            false => format!(
+                "        if row > last.y + 1 {{
+            changed = neighbors_lower(changed);
+        }} else {{
+            changed = neighbors_clamped({finished}, column, size.x - 1);
+        }}
+        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}\n",
+                or_last = if high == 1 { " || row == last.y + 1" } else { "" },
+            ),
+        },
     )
 }

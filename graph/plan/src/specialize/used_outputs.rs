@@ -13,14 +13,22 @@ pub(super) fn mark_used_outputs(graph: &Graph, specialized: &mut SpecializedGrap
     let mut stack: Vec<_> =
         shown(graph, specialized)?.into_iter().map(|(node, output)| (node, output, OutputUse::Whole)).collect();
     while let Some((node, output, how)) = stack.pop() {
-        let first_visit = used_outputs[node].iter().all(|used| *used == OutputUse::Unused);
+        let before = used_outputs[node].iter().copied().max().unwrap_or(OutputUse::Unused);
         used_outputs[node][output] = used_outputs[node][output].max(how);
-        if !first_visit {
+        // What a node reads depends on whether it runs, and on whether a result is a mean.
+        let is_averaged = how == OutputUse::Mean;
+        if before == OutputUse::Mean || before != OutputUse::Unused && !is_averaged {
             continue;
         }
-        for (port, wire) in graph.nodes[node].kind().inputs().iter().zip(&graph.nodes[node].wires) {
+        let reader = &graph.nodes[node];
+        for (port, wire) in reader.kind().inputs().iter().zip(&reader.wires) {
             if let WireSource::From(Source::Node { node, output, .. }) = specialized.resolve(*wire) {
-                stack.push((node, output, if port.only_x { OutputUse::OnlyX } else { OutputUse::Whole }));
+                let how = match port.only_x {
+                    true => OutputUse::OnlyX,
+                    false if reader.instance.averages(&port.name, is_averaged) => OutputUse::Mean,
+                    false => OutputUse::Whole,
+                };
+                stack.push((node, output, how));
             }
         }
     }

@@ -161,7 +161,7 @@ pub fn node(kind: &str, source: &Image, other: Option<&Image>) -> Vec<Image> {
     let below = |x: i64, y: i64| [x, y + 1];
     let sum = |a: &Image, b: &Image, weight: f64| {
         let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| add_weighted(*a, *b, weight)).collect();
-        Image { width, height, pixels }
+        Image { pixels, ..*source }
     };
     let one = match (kind, other) {
         ("Darker", _) => source.map(|pixel| pixel.map(|number| 0.5 * number)),

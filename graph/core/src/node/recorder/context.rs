@@ -85,7 +85,13 @@ impl<'a> RecorderContext<'a> {
 
     /// Returns whether more of a value than its x is read.
     pub fn is_whole_output_used(&self, port: &str) -> bool {
-        self.use_of(port) == OutputUse::Whole
+        self.use_of(port) >= OutputUse::Whole
+    }
+
+    /// Returns whether the output is read as a mean of the picture: see
+    /// [`Node::averages`](super::super::Node::averages).
+    pub fn is_output_averaged(&self, port: &str) -> bool {
+        self.use_of(port) == OutputUse::Mean
     }
 
     fn use_of(&self, port: &str) -> OutputUse {
