@@ -2,8 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::downsample::octaves;
-use crate::reduced_blur;
+use crate::downsample::{self, octaves};
 
 static SHADER: Shader = shader!("gaussian");
 
@@ -142,6 +141,15 @@ const CARACAL: (f32, f32) = (1.69, 2.36);
 /// quarter of that for each finer level.
 const FILTERED: f32 = 0.64;
 
+/// The variance of the blur of a side that is scaled by halvings, in its texels, for a blur of `sigma` pixels. A
+/// halving by `Tap13` has the variance 7/4 in texels of its source, so all of them together have 7/12 (1 - scale^2) in
+/// texels of the result. The tent that enlarges has 2/3 + scale^2 / 12 at the pixels.
+fn variance(sigma: f32, side: u32, whole: u32) -> f64 {
+    let scale = f64::from(side) / f64::from(whole);
+    let filters = if side == whole { 0.0 } else { 1.25 - 0.5 * scale * scale };
+    ((f64::from(sigma) * scale).powi(2) - filters).max(0.0)
+}
+
 /// The falloff of taps up to a radius whose weights 2^(falloff i^2) have this variance, by bisection.
 fn falloff_of_variance(variance: f64, radius: u32) -> f64 {
     let found = |falloff: f64| {
@@ -183,6 +191,28 @@ impl Blur {
         let radius = (f64::from(reach) * variance.sqrt()).ceil() as u32;
         let falloff = falloff_of_variance(variance, radius);
         Self { function: "gaussian_exact", radius, falloff: falloff as f32 }
+    }
+
+    /// Records the blur of an image that is halved so many times, to be enlarged by a tent of radius 1 if it is smaller
+    /// than the source. The blur is as much narrower as halvings and the enlargement widen it, and ends at `reach`
+    /// standard deviations.
+    pub(crate) fn reduced(pass: &mut Recorder<'_>, source: ImageId, halvings: u32, sigma: f32, reach: f32) -> ImageId {
+        let whole = pass.desc(source).size;
+        let (mut image, mut desc) = (source, ImageDesc::new(whole));
+        for _ in 0..halvings {
+            if desc.size.levels() == 0 {
+                break;
+            }
+            desc = desc.half();
+            let half = pass.transient(format_args!("half {}", desc.size), desc);
+            downsample::halve(pass, image, half);
+            image = half;
+        }
+        let (across, blurred) = (pass.transient("across", desc), pass.transient("blurred", desc));
+        let blur = |side, whole| Self::of_variance(variance(sigma, side, whole), reach);
+        blur(desc.size.width, whole.width).along(pass, [1, 0], image, across);
+        blur(desc.size.height, whole.height).along(pass, [0, 1], across, blurred);
+        blurred
     }
 
     fn changes_nothing(&self) -> bool {
@@ -228,7 +258,7 @@ impl Node for Gaussian {
             return;
         }
         let (sigma, reach) = self.sigma_and_reach();
-        let small = reduced_blur::record(pass, source, halvings, scale * sigma, reach);
+        let small = Blur::reduced(pass, source, halvings, scale * sigma, reach);
         pass.function(&SHADER, "gaussian_enlarged").read("small", small).write_to(result);
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::reduced_blur;
+use crate::gaussian::Blur;
 
 static SHADER: Shader = shader!("halation");
 
@@ -48,7 +48,7 @@ impl Node for Halation {
         let desc = ImageDesc::new(pass.desc(source).size);
         let sigma = self.radius * desc.size.height as f32;
         let halvings = (sigma / WIDEST).log2().ceil().max(0.0) as u32;
-        let glow = reduced_blur::record(pass, source, halvings, sigma, REACH);
+        let glow = Blur::reduced(pass, source, halvings, sigma, REACH);
         let is_whole = pass.desc(glow).size == desc.size;
         pass.function(&SHADER, if is_whole { "halation_pixel" } else { "halation" })
             .read("source", source)

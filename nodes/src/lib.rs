@@ -76,7 +76,6 @@ mod motion_blur;
 mod outline;
 mod purkinje;
 mod purkinje_simple;
-mod reduced_blur;
 mod reference_gamut_compress;
 mod resolve;
 mod saturation;
