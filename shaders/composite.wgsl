@@ -1,5 +1,5 @@
-// Combines light with an image. Alpha is that of the image. Light that is added is black beyond its border; light that
-// is mixed is a mean, which is its nearest texel there.
+// Combines light with an image. Alpha is that of the image. Light that is added is open at its border; light that is
+// mixed is a mean, which is its nearest texel there.
 #import sanitize
 #import math
 #import tent
@@ -19,9 +19,9 @@ fn composite_taps(params: Composite) -> TentTaps {
     return TentTaps(params.texels, params.outer, params.inner);
 }
 
-fn composite_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
-    if COMPOSITE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_black); }
-    return tap_tent(t, s, uv, radius, is_black);
+fn composite_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_open: bool) -> vec4f {
+    if COMPOSITE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_open); }
+    return tap_tent(t, s, uv, radius, is_open);
 }
 
 // Limited, because a sum of bright lights may exceed the largest half float.
@@ -50,7 +50,7 @@ fn composite_screen_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_screen(base, tap_black(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_screen(base, tap_open(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_screen_tent(
@@ -78,7 +78,7 @@ fn composite_add_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_sum(base, tap_black(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_sum(base, tap_open(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_add_tent(

@@ -4,7 +4,7 @@
 #import tent
 
 struct Downsample {
-    edge: f32,   // 1 if the image continues beyond its border, and 0 if it is black there
+    edge: f32,   // 1 if the nearest texel lies beyond the border, and 0 if the image is open
 }
 
 // A weighted sum of colors.

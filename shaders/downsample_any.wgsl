@@ -7,7 +7,7 @@
 #import tent
 
 struct DownsampleAnyBorder {
-    edge: f32,   // 1 if the image continues beyond its border, and 0 if it is black there
+    edge: f32,   // 1 if the nearest texel lies beyond the border, and 0 if the image is open
 }
 
 // A texel of the result in the source. Positions are relative to `base`, which keeps them exact in large images.
@@ -15,7 +15,7 @@ struct DownsampleAny {
     base: vec2i,     // the texel of the source that contains the center
     center: vec2f,   // in [0, 1)
     scale: vec2f,    // texels of the source in one of the result
-    across: vec2f,   // where the image begins and ends: at the border, or far beyond it
+    across: vec2f,   // where texels begin to count a half, and cease to: at the border, or far beyond it
     down: vec2f,
 }
 
@@ -45,11 +45,12 @@ fn downsample_any_reach(place: DownsampleAny, center: vec2f, reach: f32) -> Down
     return DownsampleAnyReach(vec2i(low), vec2i(high));
 }
 
-// The lengths of a texel of the image within a box, along both axes.
+// The lengths of a texel within a box, along both axes; half of them beyond the border of an open image.
 fn downsample_any_within(place: DownsampleAny, texel: vec2f, center: vec2f, half_width: vec2f) -> vec2f {
-    let low = max(texel, vec2f(place.across.x, place.down.x));
-    let high = min(texel + 1.0, vec2f(place.across.y, place.down.y));
-    return max(min(high, center + half_width) - max(low, center - half_width), vec2f());
+    let length = max(min(texel + 1.0, center + half_width) - max(texel, center - half_width), vec2f());
+    let begin = vec2f(place.across.x, place.down.x);
+    let end = vec2f(place.across.y, place.down.y);
+    return length * select(vec2f(0.5), vec2f(1.0), (texel >= begin) & (texel < end));
 }
 
 // The mean over a box. The offset of its center and half of its width are in texels of the result.
@@ -136,32 +137,30 @@ fn downsample_any_first(place: DownsampleAny, reach: f32) -> vec2f {
     return max(floor(place.center - reach * place.scale), vec2f(-1 - place.base));
 }
 
-// The ends of pairs of texels, and what is between the two of a pair, within the image. The first pair begins far
-// outside.
+// The ends of pairs of texels, and what is between the two of a pair. The first pair begins far outside of the image.
 struct DownsampleAnyPairs {
     start: vec4f,
     middle: vec4f,
     end: vec4f,
 }
 
-fn downsample_any_pairs(first: f32, ends: vec2f) -> DownsampleAnyPairs {
+fn downsample_any_pairs(first: f32) -> DownsampleAnyPairs {
     let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
-    let low = vec4f(ends.x);
-    let high = vec4f(ends.y);
-    return DownsampleAnyPairs(
-        clamp(vec4f(-1e6, pairs.yzw), low, high),
-        clamp(pairs + 1.0, low, high),
-        clamp(pairs + 2.0, low, high),
-    );
+    return DownsampleAnyPairs(vec4f(-1e6, pairs.yzw), pairs + 1.0, pairs + 2.0);
+}
+
+// The shares of texels that count: half beyond the border of an open image.
+fn downsample_any_shares(texels: vec4f, ends: vec2f) -> vec4f {
+    return select(vec4f(0.5), vec4f(1.0), (texels >= vec4f(ends.x)) & (texels < vec4f(ends.y)));
 }
 
 // The taps of a filter of which these shares are below the ends of the pairs.
-fn downsample_any_taps(first: f32, below: DownsampleAnyPairs) -> DownsampleAnyTaps {
-    let left = below.middle - below.start;
-    let right = below.end - below.middle;
+fn downsample_any_taps(first: f32, below: DownsampleAnyPairs, ends: vec2f) -> DownsampleAnyTaps {
+    let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
+    let left = (below.middle - below.start) * downsample_any_shares(pairs, ends);
+    let right = (below.end - below.middle) * downsample_any_shares(pairs + 1.0, ends);
     let weight = left + right;
-    let pairs = first + vec4f(0.5, 2.5, 4.5, 6.5);
-    return DownsampleAnyTaps(weight, pairs + right / max(weight, vec4f(1e-6)));
+    return DownsampleAnyTaps(weight, pairs + 0.5 + right / max(weight, vec4f(1e-6)));
 }
 
 // The share of a box that is below a place.
@@ -170,13 +169,13 @@ fn downsample_any_below(at: vec4f, center: f32, width: f32) -> vec4f {
 }
 
 fn downsample_any_box_along(first: f32, center: f32, width: f32, ends: vec2f) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first, ends);
+    let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
         downsample_any_below(pairs.start, center, width),
         downsample_any_below(pairs.middle, center, width),
         downsample_any_below(pairs.end, center, width),
     );
-    return downsample_any_taps(first, below);
+    return downsample_any_taps(first, below, ends);
 }
 
 // The mean of two boxes of two texels of the result, half such a texel to each side.
@@ -186,13 +185,13 @@ fn downsample_any_below_wide(at: vec4f, center: f32, scale: f32) -> vec4f {
 }
 
 fn downsample_any_wide_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first, ends);
+    let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
         downsample_any_below_wide(pairs.start, center, scale),
         downsample_any_below_wide(pairs.middle, center, scale),
         downsample_any_below_wide(pairs.end, center, scale),
     );
-    return downsample_any_taps(first, below);
+    return downsample_any_taps(first, below, ends);
 }
 
 // The mean of five boxes of a texel of the result, half such a texel apart, with the weights 1 4 6 4 1.
@@ -204,13 +203,13 @@ fn downsample_any_below_binomial(at: vec4f, center: f32, scale: f32) -> vec4f {
 }
 
 fn downsample_any_binomial_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first, ends);
+    let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
         downsample_any_below_binomial(pairs.start, center, scale),
         downsample_any_below_binomial(pairs.middle, center, scale),
         downsample_any_below_binomial(pairs.end, center, scale),
     );
-    return downsample_any_taps(first, below);
+    return downsample_any_taps(first, below, ends);
 }
 
 // The share of a tent that is below a place, from its middle.
@@ -220,13 +219,13 @@ fn downsample_any_below_tent(at: vec4f, center: f32, scale: f32) -> vec4f {
 }
 
 fn downsample_any_tent_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
-    let pairs = downsample_any_pairs(first, ends);
+    let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
         downsample_any_below_tent(pairs.start, center, scale),
         downsample_any_below_tent(pairs.middle, center, scale),
         downsample_any_below_tent(pairs.end, center, scale),
     );
-    return downsample_any_taps(first, below);
+    return downsample_any_taps(first, below, ends);
 }
 
 // The taps of both axes.

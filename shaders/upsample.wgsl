@@ -1,5 +1,5 @@
 // One step from the coarsest level of a pyramid to the finest: combines a level with the result of all coarser ones.
-// Beyond their border, these are black, or with `edge` their nearest texel.
+// Beyond their border, these are open, or with `edge` their nearest texel.
 #import sanitize
 #import tent
 
@@ -19,9 +19,9 @@ fn upsample_taps(params: Upsample) -> TentTaps {
     return TentTaps(params.texels, params.outer, params.inner);
 }
 
-fn upsample_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
-    if UPSAMPLE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_black); }
-    return tap_tent(t, s, uv, radius, is_black);
+fn upsample_tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_open: bool) -> vec4f {
+    if UPSAMPLE_NARROW { return tap_narrow_tent(t, s, uv, radius, is_open); }
+    return tap_tent(t, s, uv, radius, is_open);
 }
 
 // Limited, because sums of levels without normalization may exceed the largest half float.
@@ -36,7 +36,7 @@ fn upsample_bilinear(
     at: Point,
     params: Upsample,
 ) -> vec4f {
-    return upsample_join(level, tap_black(coarser, coarser_sampler, at.uv), params);
+    return upsample_join(level, tap_open(coarser, coarser_sampler, at.uv), params);
 }
 
 fn upsample_tent(

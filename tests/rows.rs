@@ -222,7 +222,7 @@ fn light_that_is_limited_by_rows_is_as_in_the_cpu_reference() {
                 "something is limited at {width}x{height}"
             );
             let bright = limited.map_rgb(|color| color.map(|c| c * gate_weight(largest(color), 1.0, 0.3)));
-            let bright = bright.with_black_beyond();
+            let bright = bright.with_open_beyond();
             let wanted = downsample(&bright, half_size(bright.width, bright.height), Down::ThirteenTap);
             let wanted = downsample(&wanted, half_size(wanted.width, wanted.height), Down::Box);
             let shown = image(&by_rows[frame][0]);
@@ -270,7 +270,7 @@ fn a_halving_by_rows_is_as_in_the_cpu_reference() {
             assert!(is_by_rows, "{name}");
             let shown = image(&run.frame(&[("scene", &scene)]).remove(0));
             let source = image(&scene).map_rgb(|color| color.map(|c| 2.0 * c));
-            let source = source.with_black_beyond();
+            let source = source.with_open_beyond();
             let wanted = downsample_karis(&source, half_size(source.width, source.height), filter, firefly);
             let wanted = wanted.map_rgb(|color| color.map(|c| 2.0 * c));
             let channels = wanted.pixels.as_flattened().iter().zip(shown.pixels.as_flattened());

@@ -23,7 +23,7 @@ node_kind! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
     /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
-    /// the image is not filtered. Beyond its border, light is black for `Add` and `Screen`, and its nearest texel for
+    /// the image is not filtered. Beyond its border, light is open for `Add` and `Screen`, and its nearest texel for
     /// `Mix`, where it is a mean of the picture. If no light is wired, or it is switched off, the result is the image.
     /// Results are limited to 65504. Alpha is that of the image.
     pub struct Composite {

@@ -45,9 +45,10 @@ choices! {
 choices! {
     /// What lies beyond the border of an image.
     pub enum Border {
-        /// Black: for light that spreads. A lamp at the border glows as it would in a larger picture. Where a
-        /// `Composite` with `blend: Mix` reads the result, it is a mean of the picture, and this is as `Edge`.
-        Black,
+        /// Half of its nearest pixel: for light that spreads. Levels end at the border, so black would lose the light
+        /// that comes back from beyond it, and the nearest pixel would reflect all. Where a `Composite` with
+        /// `blend: Mix` reads the result, it is a mean of the picture, and this is as `Edge`.
+        Open,
         /// Its nearest pixel: for means, such as a blurred picture. A constant image stays the same.
         Edge,
     }
@@ -76,7 +77,7 @@ node_kind! {
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
         /// What lies beyond the border of the image.
-        pub border: Border = Border::Black;
+        pub border: Border = Border::Open;
     }
 
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
@@ -190,8 +191,8 @@ impl Downsample {
             "downsample_binomial" => "downsample_rows_binomial",
             _ => return None,
         };
-        let (reach, is_black) = (self.reach(is_first), border == Border::Black);
-        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", reach, is_black })
+        let (reach, is_open) = (self.reach(is_first), border == Border::Open);
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", reach, is_open })
     }
 }
 

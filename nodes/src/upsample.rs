@@ -59,7 +59,7 @@ node_kind! {
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level"),
                when("filter", [UpsampleFilter::Tent]);
         /// What lies beyond the border of a level.
-        pub border: Border = Border::Black;
+        pub border: Border = Border::Open;
     }
 
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
@@ -184,11 +184,11 @@ impl Node for Upsample {
             let sizes = [pass.desc(joined).size, desc.size];
             let enlargement = self.filter.enlargement(sizes, self.radius, pass.is_dynamic("radius"));
             let function = match (enlargement, border) {
-                (Enlargement::Bilinear, Border::Black) => "upsample_bilinear",
+                (Enlargement::Bilinear, Border::Open) => "upsample_bilinear",
                 (Enlargement::Bilinear, Border::Edge) => "upsample_edge_bilinear",
-                (Enlargement::Tent { .. }, Border::Black) => "upsample_tent",
+                (Enlargement::Tent { .. }, Border::Open) => "upsample_tent",
                 (Enlargement::Tent { .. }, Border::Edge) => "upsample_edge_tent",
-                (Enlargement::Whole { .. }, Border::Black) => "upsample_whole",
+                (Enlargement::Whole { .. }, Border::Open) => "upsample_whole",
                 (Enlargement::Whole { .. }, Border::Edge) => "upsample_edge_whole",
             };
             let call = pass.function(&SHADER, function);

@@ -32,15 +32,16 @@ struct Square {
     lower_right: vec4f,
 }
 
-// A square with black in the place of the texels that lie beyond the border of an image of `size`. The place of its
-// upper left texel is even.
-fn square_inside(square: Square, first: vec2i, size: vec2i) -> Square {
+// A square of an open image of `size`: half of those of its texels that lie beyond the border. The place of its upper
+// left texel is even.
+fn square_open(square: Square, first: vec2i, size: vec2i) -> Square {
     let is_first = (first >= vec2i()) & (first < size);
-    let is_second = is_first & (first + 1 < size);
+    let of_first = select(vec2f(0.5), vec2f(1.0), is_first);
+    let of_second = select(vec2f(0.5), vec2f(1.0), is_first & (first + 1 < size));
     return Square(
-        select(vec4f(), square.upper_left, is_first.x && is_first.y),
-        select(vec4f(), square.upper_right, is_second.x && is_first.y),
-        select(vec4f(), square.lower_left, is_first.x && is_second.y),
-        select(vec4f(), square.lower_right, is_second.x && is_second.y),
+        square.upper_left * (of_first.x * of_first.y),
+        square.upper_right * (of_second.x * of_first.y),
+        square.lower_left * (of_first.x * of_second.y),
+        square.lower_right * (of_second.x * of_second.y),
     );
 }

@@ -189,14 +189,14 @@ fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     return textureSampleLevel(t, s, uv, 0.0);
 }
 
-// The shares of two taps that lie inside of an image, along axes of `count` texels, at places in texels from where they
-// begin.
+// The weights of two taps of an open image, which beyond its border is half of its nearest texel, along axes of `count`
+// texels, at places in texels from where they begin.
 fn tap_inside(at: vec2f, count: vec2f) -> vec2f {
-    return saturate(min(at, count - at) + 0.5);
+    return 0.5 + 0.5 * saturate(min(at, count - at) + 0.5);
 }
 
-// Bilinear filter with black beyond the border.
-fn tap_black(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
+// Bilinear filter of an open image.
+fn tap_open(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     let size = vec2f(textureDimensions(t));
     let inside = tap_inside(uv * size, size);
     return inside.x * inside.y * tap(t, s, uv);

@@ -6,16 +6,16 @@ fn tent_weight(x: i32, y: i32) -> f32 {
     return f32((2 - abs(x)) * (2 - abs(y))) / 16.0;
 }
 
-// Nine bilinear taps, `radius` texels apart. Beyond the border the image is black, or its nearest texel.
-fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
-    if radius <= 1.0 { return tap_narrow_tent(t, s, uv, radius, is_black); }
+// Nine bilinear taps, `radius` texels apart. Beyond the border the image is open, or its nearest texel.
+fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_open: bool) -> vec4f {
+    if radius <= 1.0 { return tap_narrow_tent(t, s, uv, radius, is_open); }
     let spacing = radius / vec2f(textureDimensions(t));
     var sum = vec4f();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let at = uv + vec2f(f32(x), f32(y)) * spacing;
-            if is_black {
-                sum += tent_weight(x, y) * tap_black(t, s, at);
+            if is_open {
+                sum += tent_weight(x, y) * tap_open(t, s, at);
             } else {
                 sum += tent_weight(x, y) * tap(t, s, at);
             }
@@ -33,7 +33,7 @@ fn tent_shares(center: f32, radius: f32, first: f32) -> vec4f {
 }
 
 // The same sum in four taps. Up to a radius of 1 the tent spans 4x4 texels, and a tap between two texels weights both.
-fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_black: bool) -> vec4f {
+fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_open: bool) -> vec4f {
     let size = vec2f(textureDimensions(t));
     let center = uv * size - 0.5;
     let first = floor(center - radius);
@@ -44,7 +44,7 @@ fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32, is_bl
     // A pair without weight is read at its first texel and adds 0.
     let columns = first.x + vec2f(0.5, 2.5) + vec2f(x.y, x.w) / max(across, vec2f(1e-6));
     let rows = first.y + vec2f(0.5, 2.5) + vec2f(y.y, y.w) / max(down, vec2f(1e-6));
-    if is_black {
+    if is_open {
         across *= tap_inside(columns, size.xx);
         down *= tap_inside(rows, size.yy);
     }
@@ -64,7 +64,7 @@ struct TentTaps {
 }
 
 // The same sum for a result of exactly twice or four times the size.
-fn tap_whole_tent(t: texture_2d<f32>, s: sampler, at: Point, taps: TentTaps, is_black: bool) -> vec4f {
+fn tap_whole_tent(t: texture_2d<f32>, s: sampler, at: Point, taps: TentTaps, is_open: bool) -> vec4f {
     let size = vec2f(textureDimensions(t));
     let within = at.pixel & vec2i(taps.texels - 1);
     let is_outer = (within == vec2i()) | (within == vec2i(taps.texels - 1));
@@ -75,7 +75,7 @@ fn tap_whole_tent(t: texture_2d<f32>, s: sampler, at: Point, taps: TentTaps, is_
     let far = at.uv * size - toward * vec2f(x.y, y.y);
     var of_near = vec2f(x.z, y.z);
     var of_far = vec2f(x.w, y.w);
-    if is_black {
+    if is_open {
         of_near *= tap_inside(near, size);
         of_far *= tap_inside(far, size);
     }

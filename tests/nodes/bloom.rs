@@ -178,7 +178,7 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
         for (scene, light) in scenes.iter().zip(&lights) {
             let (light, size) = (image(light), [scene.width as usize, scene.height as usize]);
             let is_equal = [light.width, light.height] == size;
-            let [mean, added] = [&light, &light.with_black_beyond()]
+            let [mean, added] = [&light, &light.with_open_beyond()]
                 .map(|light| if is_equal { light.clone() } else { upsample(light, size, up, 1.0) });
             enlarged.push((brightest_around(&mean), mean, added));
         }

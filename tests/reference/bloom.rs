@@ -41,13 +41,13 @@ pub(crate) fn level_sizes(width: usize, height: usize, count: usize) -> Vec<[usi
 }
 
 /// The levels of a chain, the first half of the image; the firefly weighting acts on the first
-/// step alone. Light beyond the border is black.
+/// step alone. Images are open at their borders.
 pub(crate) fn levels(image: &Image, count: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
     let mut levels: Vec<Image> = Vec::new();
     for size in level_sizes(image.width, image.height, count) {
         let level = match levels.last() {
-            None => downsample_karis(&image.with_black_beyond(), size, filter, firefly),
-            Some(above) => downsample(&above.with_black_beyond(), size, filter),
+            None => downsample_karis(&image.with_open_beyond(), size, filter, firefly),
+            Some(above) => downsample(&above.with_open_beyond(), size, filter),
         };
         levels.push(level);
     }
@@ -55,7 +55,7 @@ pub(crate) fn levels(image: &Image, count: usize, filter: Down, firefly: Firefly
 }
 
 /// Joins levels from the smallest up by `mix(level, upsampled, spread)`; the result has the size
-/// of the first level. Light beyond the border is black.
+/// of the first level. Images are open at their borders.
 pub(crate) fn lerp_chain(levels: &[Image], spread: f64, filter: Up, radius: f64) -> Image {
     join(levels, filter, radius, |level, above| mix4(level, above, spread))
 }
@@ -76,7 +76,7 @@ pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radi
 fn join(levels: &[Image], filter: Up, radius: f64, combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4]) -> Image {
     let (smallest, finer) = levels.split_last().expect("a chain has a level");
     finer.iter().rev().fold(smallest.clone(), |result, level| {
-        let wide = upsample(&result.with_black_beyond(), [level.width, level.height], filter, radius);
+        let wide = upsample(&result.with_open_beyond(), [level.width, level.height], filter, radius);
         let pixels = level.pixels.iter().zip(&wide.pixels);
         Image { pixels: pixels.map(|(&a, &b)| combine(a, b)).collect(), ..*level }
     })

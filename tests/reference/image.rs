@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Beyond {
     Edge,
-    Black,
+    /// Half of the edge, along each axis.
+    Open,
 }
 
 /// Rows from the top, pixels from the left, four channels each.
@@ -24,9 +25,9 @@ impl Image {
         Image { width, height, pixels, beyond: Beyond::Edge }
     }
 
-    /// The same image with black beyond its border.
-    pub(crate) fn with_black_beyond(&self) -> Image {
-        Image { beyond: Beyond::Black, ..self.clone() }
+    /// The same image with half of the edge beyond its border.
+    pub(crate) fn with_open_beyond(&self) -> Image {
+        Image { beyond: Beyond::Open, ..self.clone() }
     }
 
     /// Calls `pixel` with the texture coordinate of every pixel's center.
@@ -34,15 +35,14 @@ impl Image {
         Image::new(width, height, |x, y| pixel(center_uv(x, y, width, height)))
     }
 
-    /// The pixel at (x, y); beyond the border the one at the edge, or black.
+    /// The pixel at (x, y); beyond the border the one at the edge, or a share of it.
     pub(crate) fn texel(&self, x: i64, y: i64) -> [f64; 4] {
-        let is_inside = (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y);
-        if !is_inside && self.beyond == Beyond::Black {
-            return [0.0; 4];
-        }
+        let axes = [(0..self.width as i64).contains(&x), (0..self.height as i64).contains(&y)];
+        let outside = axes.iter().filter(|is_inside| !**is_inside).count();
+        let share = if self.beyond == Beyond::Open { 0.5_f64.powi(outside as i32) } else { 1.0 };
         let x = x.clamp(0, self.width as i64 - 1) as usize;
         let y = y.clamp(0, self.height as i64 - 1) as usize;
-        self.pixels[y * self.width + x]
+        self.pixels[y * self.width + x].map(|number| share * number)
     }
 
     /// A bilinear sample at `uv` in [0, 1]: WebGPU's linear filter without

@@ -165,7 +165,7 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
 }
 
 fn of_rows(pass: &Pass, kernels: Vec<KernelCall>, image: ImageId, by: ByRows, around: Option<usize>) -> Pass {
-    let rows = RowDownsample { state: by.state, rows: 1, odd: [0; 2], around, is_black: by.is_black };
+    let rows = RowDownsample { state: by.state, rows: 1, odd: [0; 2], around, is_open: by.is_open };
     row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, rows)
 }
 
@@ -178,7 +178,7 @@ fn halving(state: ptr<function, Halving>, square: Square, invocation: u32) -> ve
     return (*state).sum;
 }",
 );
-const HALF: ByRows = ByRows { shader: &HALVING, function: "halving", state: "Halving", reach: 0.0, is_black: true };
+const HALF: ByRows = ByRows { shader: &HALVING, function: "halving", state: "Halving", reach: 0.0, is_open: true };
 
 /// The pass in its form by neighbors in a halving by rows, if it has one.
 fn by_neighbors(pass: &Pass) -> Option<Pass> {

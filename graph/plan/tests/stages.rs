@@ -401,7 +401,8 @@ fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
     let entry = source.split("@compute").nth(1).and_then(|code| code.split("@vertex").next()).expect("an entry point");
     let loads: Vec<usize> = entry.match_indices("textureLoad").map(|(at, _)| at).collect();
     let examined = entry.find("sanitize").expect("the pixels are examined");
-    assert!(loads.len() == 4 && loads.iter().all(|at| *at < examined), "{entry}");
+    // The last one is that of a pixel that is made again.
+    assert!(loads.len() == 5 && loads[..4].iter().all(|at| *at < examined), "{entry}");
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn beside(glow: &Picture, [left, top]: [u32; 2]) -> [f64; 3] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_glow_at_the_border_is_no_brighter_than_away_from_it() {
+fn a_glow_at_the_border_is_that_of_the_middle() {
     for (name, image) in GLOWING {
         if name == "caracal.ron" {
             // Its Gaussian returns the border beyond it.
@@ -114,9 +114,8 @@ fn a_glow_at_the_border_is_no_brighter_than_away_from_it() {
         let middle = beside(&shown[0], places[0]);
         for (glow, place) in shown.iter().zip(places).skip(1) {
             for (found, wanted) in beside(glow, place).into_iter().zip(middle) {
-                // Levels end at the border: they lose light that would come back from beyond it.
                 let ratio = found / wanted;
-                assert!((0.4..1.01).contains(&ratio), "{name}, light at {place:?}: {ratio:.3} of that in the middle");
+                assert!((0.95..1.2).contains(&ratio), "{name}, light at {place:?}: {ratio:.3} of that in the middle");
             }
         }
     }

@@ -160,8 +160,8 @@ pub struct ByRows {
     pub state: &'static str,
     /// Distance of the outermost taps from the center, in texels of the source.
     pub reach: f32,
-    /// True if the source is black beyond its border, and not its nearest texel.
-    pub is_black: bool,
+    /// True if the source is half of its nearest texel beyond its border, and not all of it.
+    pub is_open: bool,
 }
 
 /// The form of a function that reads one image of the size of its result no further than one texel from its pixel, and

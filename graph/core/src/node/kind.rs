@@ -109,7 +109,7 @@ pub trait Node: Any + Send + Sync {
     }
 
     /// Returns whether the image at an input stands for a mean of the picture, given whether an output does: then what
-    /// lies beyond the border of the picture is unknown, and not black.
+    /// lies beyond the border of the picture is unknown.
     fn averages(&self, input: &str, is_averaged: bool) -> bool {
         let _ = input;
         is_averaged

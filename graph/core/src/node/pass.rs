@@ -70,8 +70,8 @@ pub struct RowDownsample {
     /// The kernel that looks at the texels around its own, by its place in the pass, if one does: it is called in its
     /// form [by neighbors](super::ByNeighbors), and those before it make a texel.
     pub around: Option<usize>,
-    /// True if the source is black beyond its border, and not its nearest texel.
-    pub is_black: bool,
+    /// True if the source is half of its nearest texel beyond its border, and not all of it.
+    pub is_open: bool,
 }
 
 impl Pass {

@@ -209,7 +209,7 @@ pub enum OutputUse {
     OnlyX,
     /// All of it.
     Whole,
-    /// All of it, as a mean of the picture: what lies beyond the border is unknown there, and not black.
+    /// All of it, as a mean of the picture: what lies beyond the border is unknown there.
     Mean,
 }
 

@@ -130,10 +130,10 @@ fn halves(rows: &RowDownsample, square: &str, row: &str) -> (String, String) {
     (statements, name)
 }
 
-/// The square of a row with black in the place of the texels that lie beyond the border of the source.
-fn inside(rows: &RowDownsample, square: &str, row: &str) -> String {
+/// The square of a row of an open source, of whose texels beyond the border a half counts.
+fn open(rows: &RowDownsample, square: &str, row: &str) -> String {
     let [wide, high] = rows.odd;
-    format!("square_inside({square}, 2 * vec2i(column, {row}), 2 * size + vec2i({wide}, {high}))")
+    format!("square_open({square}, 2 * vec2i(column, {row}), 2 * size + vec2i({wide}, {high}))")
 }
 
 /// The places of the square of a row, whose names begin with `places`.
@@ -185,8 +185,8 @@ fn stores_of_squares(rows: &RowDownsample, names: &Names) -> String {
 /// From the row above the first to the one below the last: a step gives the row before.
 fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
-    let (lit, name) = match rows.is_black {
-        true => (format!("        let lit = {};\n", inside(rows, "square", "row")), "lit"),
+    let (lit, name) = match rows.is_open {
+        true => (format!("        let lit = {};\n", open(rows, "square", "row")), "lit"),
         false => (String::new(), "square"),
     };
     let (halves, given) = halves(rows, name, "row");
@@ -207,9 +207,9 @@ const TEXELS: [(&str, &str); 4] =
     [("0, -2", "upper_left"), ("1, -2", "upper_right"), ("0, -1", "lower_left"), ("1, -1", "lower_right")];
 
 /// A step makes the texels of a square, and changes those of the square before, whose neighbors are known now. So it
-/// begins and ends a row further out. Beyond the border, squares are black, or consist of texels of the border as they
-/// are changed there: above of the first row, which is known when the first square is, and below of the last one. Of an
-/// image with an odd side, so does the part of the last square that is beyond.
+/// begins and ends a row further out. Beyond the border, squares consist of texels of the border as they are changed
+/// there: above of the first row, which is known when the first square is, and below of the last one. Of an image with
+/// an odd side, so does the part of the last square that is beyond.
 ///
 /// It needs many registers, so few workgroups wait at once: each step loads the texels of the next one before it uses
 /// its own. A walk without neighbors takes longer so.
@@ -220,7 +220,7 @@ fn walk_of_neighbors(
     neighbors: &NeighborNames,
 ) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
-    let (halves, given) = halves(rows, "changed", "(row - 1)");
+    let (halves, given) = halves(rows, if rows.is_open { "lit" } else { "changed" }, "(row - 1)");
     let [wide, high] = rows.odd;
     let NeighborNames { number, changes, finishes } = neighbors;
     let of_texels = |text: &dyn Fn(usize, &str, &str) -> String, between: &str| {
@@ -260,7 +260,13 @@ fn walk_of_neighbors(
             seen.square = Square(
 {change}            );
         }}
-{beyond}{halves}        let value = {halve}(&state, {given}, invocation);
+        if row > last.y + 1 {{
+            changed = neighbors_lower(changed);
+        }} else {{
+            changed = neighbors_clamped({finished}, column, size.x - 1);
+        }}
+        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}
+{lit}{halves}        let value = {halve}(&state, {given}, invocation);
         if row > first.y + 1 + {high} && is_own {{ textureStore({result}, vec2i(column, row - 2 - {high}), value); }}
     }}
 ",
@@ -277,17 +283,10 @@ fn walk_of_neighbors(
             ),
         },
         change = of_texels(&change, ""),
-        beyond = match rows.is_black {
-            true => format!("        changed = {};\n", inside(rows, &finished, "(row - 1)")),
-            false => format!(
-                "        if row > last.y + 1 {{
-            changed = neighbors_lower(changed);
-        }} else {{
-            changed = neighbors_clamped({finished}, column, size.x - 1);
-        }}
-        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}\n",
-                or_last = if high == 1 { " || row == last.y + 1" } else { "" },
-            ),
+        or_last = if high == 1 { " || row == last.y + 1" } else { "" },
+        lit = match rows.is_open {
+            true => format!("        let lit = {};\n", open(rows, "changed", "(row - 1)")),
+            false => String::new(),
         },
     )
 }

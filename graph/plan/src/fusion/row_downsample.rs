@@ -110,7 +110,7 @@ impl Halving {
         nodes.dedup();
         kernels.push(row_kernel(nodes.last().unwrap_or(&node), self.by));
         let rows = rows_of(recording.image(self.result).desc.size.texels());
-        let kind = RowDownsample { state: self.by.state, rows, odd: self.odd, around, is_black: self.by.is_black };
+        let kind = RowDownsample { state: self.by.state, rows, odd: self.odd, around, is_open: self.by.is_open };
         let mut pass = row_pass(nodes, label, kernels, self.result, kind);
         if is_fused {
             savings.fused.push(Fused::new(recording.image(self.source), &pass.nodes));
