@@ -218,8 +218,8 @@ fn nodes_before_the_curve_keep_colors_outside_of_rec709() {
     let chain = r#""a": Gaussian(source: "scene", sigma: 2.0),
         "b": Saturation(source: "a", amount: 1.1),
         "c": WhiteBalance(source: "b", mode: Temperature, temperature: 6500.0),
-        "mips": Downsample(source: "c", levels: 2),
-        "bloom": Upsample(source: "mips"),
+        "mips": Downsample(source: "c", levels: 2, border: Edge),
+        "bloom": Upsample(source: "mips", border: Edge),
         "result": Composite(base: "c", bloom: "bloom", strength: 0.5)"#;
     let y = luminance(green);
     let wanted = green.map(|x| 1.5 * (y + 1.1 * (x - y)));

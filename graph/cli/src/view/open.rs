@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::{Budget, FileWatch, Source, read_within, sequence};
+use afterimage_media::{Budget, FileWatch, Source, read_within, real_path, sequence};
 use afterimage_view::{InputData, InputFile, NamedFile, Opened, Problem, Project, Wake};
 
 use super::project::FileProject;
@@ -58,6 +58,9 @@ impl Opener {
     pub(super) fn input(&self, name: &str) -> Result<InputFile, Failure> {
         let (numbers, sources): (Vec<Option<u32>>, Vec<Source>) =
             sequence::Input::find(name, None)?.sources().into_iter().unzip();
+        if let Some(first) = sources.first() {
+            real_path(&first.path)?;
+        }
         let wake = self.wake.clone();
         let mut watch = FileWatch::new(move || wake.call());
         watch.extend(sources.iter().map(|source| source.path.clone()));
