@@ -73,24 +73,12 @@ fn extract_around(source: texture_2d<f32>, p: vec2i) -> f32 {
     return around;
 }
 
-// A spark that moves may come from this far away, in cells of 2x2 pixels.
-const EXTRACT_REACH: i32 = 4;
-
-// The largest channel around a place in the frame before, from the peaks of 2x2 pixels: all of what was within a pixel,
-// and half of what was farther away, because the fireflies of a frame are seldom alone. This code runs for few pixels:
-// its loop begins at a number that is not constant, because drivers would unroll it otherwise.
+// The largest channel within a pixel of a place in the frame before, from the peaks of 2x2 pixels. To look for sparks
+// within eight pixels takes 0.5 ms of a 4K frame on an H200: many pixels of dark textures stand out.
 fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
-    let first = p / 2 - EXTRACT_REACH + min(p.x, 0);
-    let last = p / 2 + EXTRACT_REACH;
-    var most = 0.0;
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            let cell = vec2i(x, y);
-            let is_near = all(cell >= (p - 1) / 2) && all(cell <= (p + 1) / 2);
-            most = max(most, select(0.5, 1.0, is_near) * texel(before, cell).r);
-        }
-    }
-    return most;
+    let upper = max(texel(before, (p - 1) / 2).r, texel(before, vec2i(p.x + 1, p.y - 1) / 2).r);
+    let lower = max(texel(before, vec2i(p.x - 1, p.y + 1) / 2).r, texel(before, (p + 1) / 2).r);
+    return max(upper, lower);
 }
 
 // A pixel, one beside and one above or below it, and the pixel again.

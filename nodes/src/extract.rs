@@ -54,11 +54,11 @@ node_kind! {
     /// that. Results are limited to 65504. Alpha passes unchanged.
     ///
     /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
-    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was within a pixel in that frame,
-    /// and with half of what was within eight. So an outlier of one frame goes, and stars, lamps, embers and rain of
-    /// one pixel stay, also if they move by up to eight pixels per frame. Without a previous frame, as in the first of
-    /// a sequence, after a cut and in a single image, nothing shows that a light was not there, and all stay. Without
-    /// `before`, only the neighbors count, and lights of one pixel get little bloom.
+    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was within a pixel in that frame.
+    /// So an outlier of one frame goes, and a light of one pixel stays if it moves by less than a pixel per frame.
+    /// Without a previous frame, as in the first of a sequence, after a cut and in a single image, nothing shows that a
+    /// light was not there, and all stay. Without `before`, only the neighbors count, and lights of one pixel get
+    /// little bloom.
     pub struct Extract {
         /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;

