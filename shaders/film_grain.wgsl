@@ -16,32 +16,24 @@ struct FilmGrain {
 // its squared shape, pi / 5 cells, and a uniform weight has the variance 1/3.
 const FILM_GRAIN_SCALE: f32 = 0.77254844;
 
-// Bits of a mantissa as numbers from 1 to 2: exact, and on GPUs 8 times as fast as a conversion.
-const FILM_GRAIN_ONE: u32 = 0x3f800000u;
-
-// The bytes of a random number as weights in (-1, 1): (byte + 0.5) / 128 - 1.
+// The bytes of a random number as weights in (-1, 1).
 fn film_grain_weights(h: u32) -> vec4f {
-    let bytes = vec4u(h << 15u, h << 7u, h >> 1u, h >> 9u) & vec4u(0x7f8000u);
-    return bitcast<vec4f>(bytes | vec4u(FILM_GRAIN_ONE)) * 2.0 - 2.99609375;
-}
-
-// The two halves of a random number as a place in [0, 1).
-fn film_grain_place(h: u32) -> vec2f {
-    return bitcast<vec2f>((vec2u(h << 7u, h >> 9u) & vec2u(0x7fff80u)) | vec2u(FILM_GRAIN_ONE)) - 1.0;
+    let bytes = vec4u(h, h >> 8u, h >> 16u, h >> 24u) & vec4u(0xffu);
+    return (vec4f(bytes) + 0.5) * (1.0 / 128.0) - 1.0;
 }
 
 // One grain in each cell, at a random position: the sum of their round shapes (1 - r^2)^2 with random weights.
 // Positions are uniform, so the variance is the same everywhere, and weights are independent, so the spectrum is that
 // of one grain and has no direction. Red to blue of the result have weights of their own, and w those of gray grain.
 fn film_grain_at(p: vec2f, seed: u32) -> vec4f {
-    let corner = floor(p);
-    let base = vec2i(corner);
+    let base = vec2i(floor(p));
     var sum = vec4f();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let cell = base + vec2i(x, y);
             let place = hash(bitcast<u32>(cell.x) ^ hash(bitcast<u32>(cell.y) ^ hash(seed)));
-            let away = corner + vec2f(f32(x), f32(y)) + film_grain_place(place) - p;
+            let inside = vec2f(vec2u(place & 0xffffu, place >> 16u)) * (1.0 / 65536.0);
+            let away = vec2f(cell) + inside - p;
             let shape = max(1.0 - dot(away, away), 0.0);
             sum += film_grain_weights(hash(place ^ 0x9e3779b9u)) * (shape * shape);
         }

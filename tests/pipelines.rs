@@ -104,8 +104,8 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
 }
 
 /// How far a pixel may be off where rounding decides whether, and how far, an edge is smoothed. On an NVIDIA H200 one
-/// is off by 17 codes.
-const DECIDED: f32 = 24.0 * ONE_CODE;
+/// is off by 17 codes, on SwiftShader by 26.
+const DECIDED: f32 = 32.0 * ONE_CODE;
 
 /// True if a pipeline has a node that treats nearly equal pixels in different ways.
 fn decides(graph: &Graph) -> bool {

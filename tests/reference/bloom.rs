@@ -138,14 +138,11 @@ pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image 
         let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
         let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
         let past = before.map_or(0.0, |before| {
-            let cell = |at: i64, away: i64, side: usize| (at / 2 + away).clamp(0, (side as i64 - 1) / 2);
-            let cells = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (i, j)));
-            let near = |at: i64, away: i64| ((at - 1) / 2..=(at + 1) / 2).contains(&(at / 2 + away));
-            let peaks = cells.map(|(i, j)| {
-                let share = if near(x, i) && near(y, j) { 1.0 } else { 0.5 };
-                share * peak(before, cell(x, i, image.width), cell(y, j, image.height))
-            });
-            peaks.fold(0.0, f64::max)
+            let cell = |at: i64, side: usize| (at.max(0) / 2).min((side as i64 - 1) / 2);
+            let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
+            let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
+            let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
+            cells.map(|(i, j)| peak(before, i, j)).fold(0.0, f64::max)
         });
         let (limit, own) = (4.0 * near.fold(past, f64::max), bright(image, x, y));
         let [r, g, b, a] = image.texel(x, y);
