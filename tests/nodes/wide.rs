@@ -232,6 +232,34 @@ fn nodes_before_the_curve_keep_colors_outside_of_rec709() {
     assert!(seen[0] < 0.0 && luminance(seen) > 0.0, "{seen:?}");
 }
 
+/// Large pictures are made several pixels at a time, as if no light became less than 0, and again where that was wrong;
+/// small ones a pixel at a time. In every third pixel of the picture light is below 0, in others it becomes so by the
+/// nodes, is too bright, or no number.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_that_is_tried_is_as_light_that_is_not() {
+    let color = |x: u32, y: u32| {
+        let share = ((7 * x + 13 * y) % 29) as f32 / 29.0;
+        match (x / 3 + y / 40) % 6 {
+            0 => [-0.2 * share, 0.7, 0.4, 1.0],
+            1 => [8.0 * share, 0.02, 0.001, 1.0],
+            2 if x % 31 == 0 => [f32::NAN, 1.0, 0.5, 1.0],
+            3 if x % 17 == 0 => [1e6, 0.2, -1e6, 1.0],
+            _ => [share, 0.5 * share, 0.9, 1.0],
+        }
+    };
+    let [large, small] = [[1024, 1024], [256, 64]].map(|[width, height]| Picture::new(width, height, color));
+    let nodes = r#""a": Exposure(source: "scene", stops: 1.0),
+        "b": WhiteBalance(source: "a", mode: Temperature, temperature: 3200.0),
+        "result": ToneMap(source: "b", curve: AgX, bake: 33)"#;
+    let graph = Nodes::new(nodes, &[("scene", "Color")]).graph();
+    let shown = [&large, &small].map(|picture| Run::new(&graph).shown(&[picture]).remove(0));
+    // What is repaired by its neighbors has others at the border of the small picture.
+    for (x, y) in (1..63).flat_map(|y| (1..255).map(move |x| (x, y))) {
+        assert_eq!(shown[0].at(x, y), shown[1].at(x, y), "{x}, {y}: {:?}", color(x, y));
+    }
+}
+
 /// `hdr.ron` with changes, so that its values are those of simple formulas.
 fn hdr(sets: &[(&str, &str)]) -> Graph {
     let path = pipelines().join("hdr.ron");
