@@ -243,8 +243,8 @@ fn light_that_is_tried_is_as_light_that_is_not() {
         match (x / 3 + y / 40) % 6 {
             0 => [-0.2 * share, 0.7, 0.4, 1.0],
             1 => [8.0 * share, 0.02, 0.001, 1.0],
-            2 if x % 31 == 0 => [f32::NAN, 1.0, 0.5, 1.0],
-            3 if x % 17 == 0 => [1e6, 0.2, -1e6, 1.0],
+            2 if x.is_multiple_of(31) => [f32::NAN, 1.0, 0.5, 1.0],
+            3 if x.is_multiple_of(17) => [1e6, 0.2, -1e6, 1.0],
             _ => [share, 0.5 * share, 0.9, 1.0],
         }
     };
