@@ -1,4 +1,4 @@
-/* Depth, cameras and volumes, by what they mean. tests/c.sh builds and runs it. */
+/* Depth, cameras, volumes and times, by what they mean. tests/c.sh builds and runs it. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -86,8 +86,31 @@ static void volumes(void) {
     afterimage_free(look);
 }
 
+/* A float has sixteen moments in a second after a week: of four frames it would make two. */
+static void times(void) {
+    AfterimagePipeline *look = afterimage_open(
+        "Pipeline(inputs: { \"scene\": Color }, outputs: { \"hot\": \"hot\" }, nodes: {"
+        " \"hot\": HeatHaze(source: \"scene\", strength: 0.1, scale: 0.3, format: Rgba32Float) })");
+    float light[8][16][4], before[8][16][4];
+    for (int i = 0; i < 8 * 16; i++) {
+        float *texel = light[i / 16][i % 16];
+        texel[0] = i / 16, texel[1] = i % 16, texel[2] = texel[3] = 1;
+    }
+    AfterimageImage scene = {"scene", light, 16, 8, 4, AFTERIMAGE_F32, 0}, hot;
+    AfterimageFrame frame = {.images = &scene, .image_count = 1};
+    for (int i = 0; i < 4; i++) {
+        frame.time = 604800 + i / 60.0;
+        HOLDS(afterimage_render(look, &frame) && afterimage_output(look, NULL, &hot));
+        HOLDS(hot.width == 16 && hot.height == 8 && hot.channels == 4 && hot.number_type == AFTERIMAGE_F32);
+        HOLDS(i == 0 || memcmp(hot.numbers, before, sizeof before) != 0);
+        memcpy(before, hot.numbers, sizeof before);
+    }
+    afterimage_free(look);
+}
+
 int main(void) {
     cameras();
     volumes();
+    times();
     return faults != 0;
 }
