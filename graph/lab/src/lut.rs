@@ -37,7 +37,7 @@ pub struct LutOptions {
     /// The brightest light of a logarithm before the table, in stops from 1.
     pub shaper: Option<u32>,
     pub format: WrittenFormat,
-    /// What the file is called in itself.
+    /// The title in the file.
     pub title: String,
     pub facts: Facts,
 }
@@ -177,7 +177,7 @@ impl ColorRun {
         Ok([percentile(&grays, 1.0), percentile(&colors, 0.99), percentile(&colors, 0.999), percentile(&colors, 1.0)])
     }
 
-    /// What the nodes make of the colors at these places of a table.
+    /// The colors of the nodes at these places of a table.
     fn results(
         &self,
         session: &mut Session,
@@ -242,7 +242,7 @@ fn color_source(graph: &Graph, node: usize) -> Option<Source> {
     images.next().is_none().then_some(source)
 }
 
-/// What readers of an output get when its node is off.
+/// The value of an output when its node is off.
 fn around(graph: &Graph, node: usize, output: usize) -> Result<Source, LabError> {
     let kind = graph.nodes[node].kind();
     let Fallback::Input(name) = &kind.outputs()[output].fallback else { return Err(no_source(graph, node)) };

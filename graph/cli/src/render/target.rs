@@ -26,7 +26,7 @@ pub(super) struct Target {
     pub(super) film: Option<FilmTarget>,
 }
 
-/// How a film is encoded.
+/// The encoding of a film.
 pub(super) struct FilmTarget {
     pub(super) preset: Preset,
     /// Further options of `ffmpeg`.

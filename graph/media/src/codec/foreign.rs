@@ -5,9 +5,9 @@ use std::path::Path;
 /// A format that people bring and that is not read as an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ForeignFormat {
-    /// What a file is: `a WebP`.
+    /// The name of the format with its article: `a WebP`.
     pub what: &'static str,
-    /// How a file gets in: a hint for the user.
+    /// The hint of a way to read such a file.
     pub way: &'static str,
     /// The endings of names, in lower case.
     endings: &'static [&'static str],

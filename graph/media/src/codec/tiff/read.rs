@@ -90,7 +90,7 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
     Ok(description)
 }
 
-/// What the directory says of the pixels.
+/// The layout of the pixels, from the directory.
 struct Header {
     width: u32,
     height: u32,
