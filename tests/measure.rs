@@ -300,7 +300,7 @@ fn tiers_are_claimed_on_charts() {
         assert!(tuned(&folder, &[&["--tiers=best:0", "-o", &out], more].concat()));
         let text = folder.text("tuned.ron");
         worst.push(claims(&text)[0].1[1]);
-        assert_eq!(text.contains("the worst of 12 images, 7 of them new to the search: "), more.is_empty(), "{text}");
+        assert_eq!(text.contains("the worst of 12 images and 4 sequences, 9 of them new to the search: "), more.is_empty(), "{text}");
         assert_eq!(text.contains("errors a tenth above those of in\""), !more.is_empty(), "{text}");
     }
     assert!(worst[0] > worst[1], "{worst:?}");
@@ -531,7 +531,7 @@ fn a_folder_and_built_in_charts_are_measured() {
     let images: Vec<&str> =
         report["images"].as_array().unwrap().iter().map(|image| image["image"].as_str().unwrap()).collect();
     assert_eq!(images[..2], ["a", "b"]);
-    assert!(["lines", "dots", "one sun", "white", "black", "night"].iter().all(|name| images.contains(name)));
+    assert!(["lines", "dots", "one sun", "white", "black", "night", "pan", "cuts"].iter().all(|name| images.contains(name)));
     let cheap = row(&report, "tier cheap");
     let mut errors: Vec<f64> = cheap["images"].as_array().unwrap().iter().map(|image| number(image, "p999")).collect();
     errors.sort_by(f64::total_cmp);

@@ -28,7 +28,7 @@ flicker: the change between two frames that the reference does not have: 99.9th 
 /// The meaning of a claim, below the options of `tune`.
 const CLAIMS: &str = "\
 Claims state errors a tenth above the worst that was measured, because other images can be a little worse, and name \
-the image. The search sees every other image and four of the pictures of `--charts`. What it finds is measured on all \
+the image. The search sees every other image and six of the charts of `--charts`. What it finds is measured on all \
 of them; if it is beyond the goal on one that was not seen, the search goes on.";
 
 /// The images that a pipeline is measured on.
@@ -45,7 +45,8 @@ pub(crate) struct SequenceArgs {
     #[arg(long)]
     pub(crate) scene: bool,
     /// Also measure built-in pictures that break meters and halvings: lines, dots, suns of one pixel, charts, white,
-    /// black, night
+    /// black, night; and sequences that break what is kept from frame to frame: lamps that are switched or move, a pan,
+    /// cuts without notice
     #[arg(long)]
     pub(crate) charts: bool,
     /// Pixels of the built-in scene; can be repeated, and each size is measured
@@ -126,7 +127,7 @@ pub(crate) struct TuneArgs {
     pub(crate) pipeline: PathBuf,
     #[command(flatten)]
     pub(crate) goal: GoalArgs,
-    /// Leave the pictures of `--charts` out of `--tiers`; images with lamps, dots or lines may exceed what is claimed
+    /// Leave the charts of `--charts` out of `--tiers`; lamps, dots, lines and motion may exceed what is claimed
     #[arg(long, conflicts_with_all = ["charts", "budget", "error"])]
     pub(crate) no_charts: bool,
     /// The name of the tier

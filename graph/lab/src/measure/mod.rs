@@ -241,6 +241,7 @@ fn info(sequence: &TestSequence) -> SequenceInfo {
         width: sequence.size.width,
         height: sequence.size.height,
         frames: sequence.len(),
+        still: sequence.is_still(),
     }
 }
 

@@ -35,6 +35,8 @@ pub struct SequenceInfo {
     pub width: u32,
     pub height: u32,
     pub frames: usize,
+    /// All frames have the same image.
+    pub still: bool,
 }
 
 /// A variant and its figures.
@@ -97,7 +99,7 @@ impl MeasureReport {
     pub(crate) fn caption(&self) -> String {
         let images = match self.sequences.as_slice() {
             [sequence] => format!("{}, {}x{}", sequence.name, sequence.width, sequence.height),
-            sequences => format!("the worst of {} images", sequences.len()),
+            sequences => format!("the worst of {}", images(sequences.iter().map(|sequence| sequence.still))),
         };
         format!("{}; {images}; output `{}`", self.adapter, self.output)
     }
@@ -116,6 +118,16 @@ impl MeasureReport {
         for (row, own) in self.rows.iter_mut().zip(&figures) {
             row.pareto = own.is_some_and(|own| !figures.iter().flatten().any(|other| outdoes(other, &own)));
         }
+    }
+}
+
+/// The number of stills and that of sequences, in words; each is true for a still.
+pub(crate) fn images(stills: impl Iterator<Item = bool>) -> String {
+    let (stills, moving): (Vec<bool>, Vec<bool>) = stills.partition(|still| *still);
+    match (stills.len(), moving.len()) {
+        (stills, 0) => format!("{stills} images"),
+        (0, moving) => format!("{moving} sequences"),
+        (stills, moving) => format!("{stills} images and {moving} sequences"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, input_image};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Texels, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::{ColorState, Size};
@@ -23,7 +23,7 @@ pub struct SequenceOptions {
     pub inputs: Vec<(String, String)>,
     /// Adds a walk through the built-in scene, as is done if there are no other sequences.
     pub scene: bool,
-    /// Adds the pictures that break meters and halvings.
+    /// Adds the charts that break meters, halvings and what is kept from frame to frame.
     pub charts: bool,
     /// Sizes of the built-in scene: each is a sequence of its own.
     pub sizes: Vec<Size>,
@@ -114,7 +114,7 @@ pub(crate) enum SequenceSource {
         name: String,
         size: Size,
     },
-    /// A picture for the pipeline's first input, by its name.
+    /// A chart for the pipeline's first input, by its name.
     Chart {
         name: &'static str,
         input: String,
@@ -249,8 +249,8 @@ impl SequenceSource {
         let images = match self {
             Self::Files { inputs, .. } => file_images(gpu, inputs, options.budget)?,
             Self::Chart { name, input } => {
-                let picture = charts::picture(name);
-                vec![vec![input_image(gpu, input, picture.desc, &picture.bytes)?]]
+                let image = |picture: &Texels| input_image(gpu, input, picture.desc, &picture.bytes);
+                charts::frames(name).iter().map(|picture| Ok(vec![image(picture)?])).collect::<Result<_, LabError>>()?
             }
             Self::Scene { size, .. } => scene::walk(gpu, registry, &graph.inputs, *size, options.walk, options.fps)?,
         };

@@ -13,6 +13,7 @@ use super::steps::Steps;
 use super::target::Measured;
 use crate::LabError;
 use crate::measure::reference::{self, CodeErrors, Reference};
+use crate::measure::report::images;
 use crate::measure::sequence_runner::{SequenceRunner, reads_earlier_images};
 use crate::measure::sequences::{self, TestSequence};
 use crate::measure::variants::most_accurate;
@@ -132,12 +133,12 @@ impl<'a> ChoiceMeasurer<'a> {
     pub(super) fn conditions(&self, worst: &str) -> String {
         let clock = if self.runner.clock.source() == ClockSource::Gpu { "GPU time" } else { "host time" };
         let on = format!("{} at {}, {clock}", self.adapter, self.pictures[self.largest()].sequence.size);
-        let count = self.pictures.len();
-        if count == 1 {
+        if let [_] = self.pictures.as_slice() {
             return format!("{on}; errors a tenth above those of {worst}");
         }
         let new = self.pictures.iter().filter(|picture| !picture.is_searched).count();
-        format!("{on}; errors a tenth above the worst of {count} images, {new} of them new to the search: {worst}")
+        let all = images(self.pictures.iter().map(|picture| picture.sequence.is_still()));
+        format!("{on}; errors a tenth above the worst of {all}, {new} of them new to the search: {worst}")
     }
 
     /// The picture of the most pixels.
