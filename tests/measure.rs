@@ -14,7 +14,7 @@ use serde_json::Value;
 const PIPELINE: &str = r#"Pipeline(
     inputs: { "scene": Color },
     nodes: {
-        "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
+        "mips": Downsample(source: "scene", levels: 3, filter: Binomial),
         "bloom": Upsample(source: "mips", blend: Mix, filter: Tent),
         "lit": Composite(base: "scene", bloom: "bloom", blend: Mix, strength: 0.5),
         "exposed": Exposure(source: "lit", stops: 0.0),
@@ -141,7 +141,7 @@ fn each_switch_is_turned_on_its_own() {
     let report = report_of_a_still();
     let names: Vec<&str> =
         report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap()).collect();
-    let switches = ["mips.filter=Binomial", "mips.filter=Tap9", "mips.filter=Tap4", "mips.filter=Box"];
+    let switches = ["mips.filter=Tap13", "mips.filter=Tap9", "mips.filter=Tap4", "mips.filter=Box"];
     assert_eq!(names[..4], ["reference", "as written", "tier same", "tier cheap"]);
     assert_eq!(names[4..8], switches);
     assert!(names.contains(&"mips.format=Rg11b10Ufloat"), "{names:?}");

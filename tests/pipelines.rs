@@ -3,6 +3,7 @@
 use std::iter::zip;
 
 use afterimage_graph::check::Graph;
+use afterimage_graph::node::Bake;
 use afterimage_lab::metrics::{PIXELS_PER_DEGREE, Range, Shown, flip, srgb_decode, srgb_encode};
 use afterimage_lab::tune::MARGIN;
 use afterimage_plan::{Alias, When};
@@ -135,6 +136,22 @@ fn the_tiers_of_each_keep_its_look() {
             let most = if tier == "high" { 3.5 } else { 17.0 };
             let off = codes_off(&ultra, &at(tier));
             assert!(off <= most, "{name}, {tier}: {off} codes");
+        }
+    }
+}
+
+/// Errors are differences from a pipeline whose switches are all at their most accurate values: a value that looks better
+/// than all of them is an error of every tier, unless the kind names it first.
+#[test]
+fn the_best_tier_has_the_values_that_errors_are_measured_against() {
+    for name in files() {
+        for node in built_in(&name, Some("ultra")).nodes.iter().filter(|node| !node.off) {
+            for (param, value) in node.kind().params().iter().zip(node.instance.values()) {
+                let exact = param.quality.as_ref().map_or(value, |quality| &quality.exact);
+                assert_eq!(value, exact, "{name}: {}.{}", node.name, param.name);
+            }
+            let frames_and_table = (node.every, node.bake.unwrap_or(Bake::Off));
+            assert_eq!(frames_and_table, (1, Bake::Off), "{name}: {}", node.name);
         }
     }
 }

@@ -18,7 +18,7 @@ choices! {
         /// Five overlapping squares, 6x6 texels, 13 reads: the least aliasing (Jimenez, 2014).
         Tap13,
         /// 6x6 texels with the weights 1 5 10 10 5 1 along each axis, 9 reads: the glow of a small light changes the
-        /// least when the light moves.
+        /// least when the light moves. A first halving with `firefly` is that of `Tap13`.
         Binomial,
     }
 }
@@ -37,7 +37,7 @@ choices! {
         /// the look.
         Groups,
         /// Each tap is weighted by 1 / (1 + brightness): the strongest. It also dims small lights that are intended
-        /// (Karis, 2013). `Box` has one tap, so its four texels are weighted; `Binomial` uses the taps of `Tap9`.
+        /// (Karis, 2013). `Box` has one tap, so its four texels are weighted.
         Taps,
     }
 }
@@ -71,8 +71,8 @@ node_kind! {
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
-            DownsampleFilter::Tap13,
-            [DownsampleFilter::Binomial, DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
+            DownsampleFilter::Binomial,
+            [DownsampleFilter::Tap13, DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
         );
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
@@ -119,16 +119,16 @@ impl Downsample {
     fn function(&self, is_first: bool) -> &'static str {
         let firefly = if is_first { self.firefly } else { Firefly::Off };
         match (self.filter, firefly) {
-            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
+            (DownsampleFilter::Tap13 | DownsampleFilter::Binomial, Firefly::Groups) => "downsample_tap13_groups",
             (_, Firefly::Groups) => "downsample_tap4_groups",
             (DownsampleFilter::Box, Firefly::Off) => "downsample_box",
             (DownsampleFilter::Box, Firefly::Taps) => "downsample_box_taps",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",
-            (DownsampleFilter::Tap9 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_tap9_taps",
+            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_tap9_taps",
             (DownsampleFilter::Tap13, Firefly::Off) => "downsample_tap13",
-            (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_tap13_taps",
+            (DownsampleFilter::Tap13 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_tap13_taps",
             (DownsampleFilter::Binomial, Firefly::Off) => "downsample_binomial",
         }
     }
@@ -145,16 +145,16 @@ impl Downsample {
     fn any_size_function(&self, is_first: bool) -> &'static str {
         let firefly = if is_first { self.firefly } else { Firefly::Off };
         match (self.filter, firefly) {
-            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_any_tap13_groups",
+            (DownsampleFilter::Tap13 | DownsampleFilter::Binomial, Firefly::Groups) => "downsample_any_tap13_groups",
             (_, Firefly::Groups) => "downsample_any_tap4_groups",
             (DownsampleFilter::Box, Firefly::Off) => "downsample_any_box",
             (DownsampleFilter::Box, Firefly::Taps) => "downsample_any_box_taps",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_any_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_any_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_any_tap9",
-            (DownsampleFilter::Tap9 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_any_tap9_taps",
+            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_any_tap9_taps",
             (DownsampleFilter::Tap13, Firefly::Off) => "downsample_any_tap13",
-            (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_any_tap13_taps",
+            (DownsampleFilter::Tap13 | DownsampleFilter::Binomial, Firefly::Taps) => "downsample_any_tap13_taps",
             (DownsampleFilter::Binomial, Firefly::Off) => "downsample_any_binomial",
         }
     }

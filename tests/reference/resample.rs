@@ -94,7 +94,7 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 /// brightness the largest channel, and the weights made to sum to 1 again.
 pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
     let filter = match (filter, firefly) {
-        (Down::Binomial, Firefly::Taps) => Down::NineTap,
+        (Down::Binomial, Firefly::Taps | Firefly::Groups) => Down::ThirteenTap,
         _ => filter,
     };
     match firefly {
