@@ -229,10 +229,10 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
     let mut measured = Vec::new();
     for line in table.lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
-        let [pipeline, tier, ms, _, p999, flip, _, _, new_p999, new_flip, ..] = *fields else { panic!("{line}") };
+        let [pipeline, tier, ms, _, p999, flip, _, p999_moving, flip_moving, ..] = *fields else { panic!("{line}") };
         let number = |figure: &str| figure.parse::<f64>().expect("a number");
-        let p999 = format!("{:.2}", MARGIN * number(p999).max(number(new_p999)));
-        let flip = format!("{:.3}", MARGIN * number(flip).max(number(new_flip)));
+        let p999 = format!("{:.2}", MARGIN * number(p999).max(number(p999_moving)));
+        let flip = format!("{:.3}", MARGIN * number(flip).max(number(flip_moving)));
         let [ms, p999, flip] = [ms, &p999, &flip].map(|figure| Some(number(figure)));
         if tier != "as written" {
             measured.push((pipeline.to_owned(), tier.to_owned(), ms, p999, flip));
