@@ -70,22 +70,22 @@ impl InputPanel {
     }
 
     /// Gives a dropped file to an input: to that under the pointer, to the one that the name of the file has as a word,
-    /// or to the only one that needs it. Otherwise the user is asked. Returns a message.
-    pub(super) fn drop_file(&mut self, model: &mut Model, file: InputFile) -> Option<String> {
+    /// or to the only one that needs it. Otherwise the user is asked.
+    pub(super) fn drop_file(&mut self, model: &mut Model, file: InputFile) -> Option<Told> {
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();
         let hovered = fitting.iter().find(|input| self.hovered.as_ref() == Some(&input.name));
         let named = || fitting.iter().find(|input| is_named_in(&file.name, &input.name));
         if let Some(input) = hovered.or_else(named) {
-            return Some(told(model, file, Some(&input.name)));
+            return Some(give(model, file, Some(&input.name)));
         }
         let needed: Vec<&&GraphInput> = fitting.iter().filter(|input| !input.optional).collect();
         match (&needed[..], &fitting[..]) {
             // It stays when another pipeline is opened, whatever that calls its image.
-            ([only], _) if only.block.is_none() => Some(told(model, file, None)),
-            (_, []) => Some(told(model, file, None)),
-            ([only], _) => Some(told(model, file, Some(&only.name))),
-            (_, [only]) => Some(told(model, file, Some(&only.name))),
+            ([only], _) if only.block.is_none() => Some(give(model, file, None)),
+            (_, []) => Some(give(model, file, None)),
+            ([only], _) => Some(give(model, file, Some(&only.name))),
+            (_, [only]) => Some(give(model, file, Some(&only.name))),
             _ => {
                 self.asked = Some(file);
                 None
@@ -93,8 +93,8 @@ impl InputPanel {
         }
     }
 
-    /// Shows the question that is open. Returns a message.
-    pub(super) fn ask(&mut self, ctx: &Context, model: &mut Model) -> Option<String> {
+    /// Shows the question that is open.
+    pub(super) fn ask(&mut self, ctx: &Context, model: &mut Model) -> Option<Told> {
         let file = self.asked.take()?;
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let (mut chosen, mut is_left) = (None, false);
@@ -111,7 +111,7 @@ impl InputPanel {
             });
         });
         if let Some(input) = chosen {
-            return Some(told(model, file, Some(&input)));
+            return Some(give(model, file, Some(&input)));
         }
         if !is_left && !modal.should_close() {
             self.asked = Some(file);
@@ -120,15 +120,17 @@ impl InputPanel {
     }
 }
 
-/// Gives an input a file. Returns the message.
-pub(super) fn told(model: &mut Model, file: InputFile, input: Option<&str>) -> String {
+/// What to tell about a file: that an input has it, or why none has.
+pub(super) type Told = Result<String, String>;
+
+/// Gives an input a file.
+pub(super) fn give(model: &mut Model, file: InputFile, input: Option<&str>) -> Told {
     let name = short(&file.name);
-    let to = input.map_or(String::new(), |input| format!(" is the input `{input}`"));
-    match model.set_input(input, Some(file)) {
-        Ok(()) if input.is_none() => format!("Opened: {name}"),
-        Ok(()) => format!("{name}{to}"),
-        Err(problem @ Problem::Message { .. }) => format!("{name} is not shown: {problem}"),
-        Err(problem) => problem.to_string(),
+    match (model.set_input(input, Some(file)), input) {
+        (Ok(()), None) => Ok(format!("Opened: {name}")),
+        (Ok(()), Some(input)) => Ok(format!("{name} is the input `{input}`")),
+        (Err(problem @ Problem::Message { .. }), _) => Err(format!("{name} is not shown: {problem}")),
+        (Err(problem), _) => Err(problem.to_string()),
     }
 }
 

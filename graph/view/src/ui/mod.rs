@@ -34,7 +34,7 @@ use cost::CostPanel;
 use export::Exporter;
 pub use export::{ExportKind, Exported};
 use graph::GraphPanel;
-use inputs::{InputPanel, told};
+use inputs::{InputPanel, give};
 use message::Message;
 pub use new_file::{MakeProject, NewFiles};
 use parameters::Parameters;
@@ -164,7 +164,8 @@ impl Viewer {
         });
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
-        if let Some(message) = message.or_else(|| self.inputs.ask(ui.ctx(), &mut self.model)) {
+        let asked = || self.inputs.ask(ui.ctx(), &mut self.model).map(|told| told.unwrap_or_else(|problem| problem));
+        if let Some(message) = message.or_else(asked) {
             self.tell(ui.ctx(), message);
         }
         self.message.show(ui);
@@ -189,12 +190,15 @@ impl Viewer {
 
     /// Shows a file as an input. Without a name it is one that was dropped.
     pub fn open_input(&mut self, ctx: &Context, file: InputFile, input: Option<&str>) {
-        let message = match input {
-            Some(input) => Some(told(&mut self.model, file, Some(input))),
+        let told = match input {
+            Some(input) => Some(give(&mut self.model, file, Some(input))),
             None => self.inputs.drop_file(&mut self.model, file),
         };
-        if let Some(message) = message {
-            self.tell(ctx, message);
+        match told {
+            // The picture alone shows that it is there.
+            Some(Ok(message)) if !self.is_bare => self.tell(ctx, message),
+            Some(Err(message)) => self.tell(ctx, message),
+            _ => {}
         }
     }
 
