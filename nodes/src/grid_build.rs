@@ -4,7 +4,7 @@ use afterimage_graph::node::ComputePass;
 use afterimage_graph::prelude::*;
 
 use crate::metering::EXPOSED_OR_METERED;
-use crate::metering::stride;
+use crate::metering::{sampled, stride};
 
 static SHADER: Shader = shader!("grid_build");
 static PARTS: Shader = shader!("grid_build_parts");
@@ -81,7 +81,7 @@ impl GridBuild {
 
     /// The number of sampled pixels in a full cell.
     fn capacity(&self, picture: Size) -> u64 {
-        let size = picture.div_up(stride(picture, self.step));
+        let size = sampled(picture, stride(picture, self.step));
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
@@ -132,7 +132,7 @@ impl Node for GridBuild {
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
         let result = pass.output("result", ImageDesc::volume(size));
-        let ([lo, hi], parts) = (self.range(), self.parts(picture.div_up(step)));
+        let ([lo, hi], parts) = (self.range(), self.parts(sampled(picture, step)));
         if parts > 1 {
             let bytes = 8 * u64::from(self.width) * u64::from(self.height) * u64::from(self.depth);
             let sums = pass.add_buffer("sums", bytes, BufferLife::Zeroed);

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothing, stride};
+use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothing, sampled, stride};
 
 static SHADER: Shader = shader!("histogram");
 
@@ -34,10 +34,10 @@ node_kind! {
         /// Luminance at or below this does not count. A little above it a pixel counts in part: up to twice of it, and
         /// at least up to the lower end of the range above it. 0 excludes borders without a picture.
         pub black: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
-        /// Sampling stride: 1 reads every pixel, 2 one of each 2x2 pixels, chosen by a hash of their position. At least
-        /// 900,000 pixels are read: in small images the stride is less. Pixels are skipped and not averaged, because a
-        /// mean of light before the logarithm is too bright. When a picture of lines moves by a pixel, the exposure
-        /// changes by at most 0.05 stops.
+        /// Sampling stride: 1 reads every pixel, 2 one of 2x2 squares of 4x4 pixels, chosen by a hash of their position.
+        /// At least 900,000 pixels are read: in small images the stride is less. Pixels are skipped and not averaged,
+        /// because a mean of light before the logarithm is too bright. When a picture of lines moves by a pixel, the
+        /// exposure changes by at most 0.05 stops.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
         /// The weight of each pixel. A wired `mask` multiplies it.
         pub weight: MeteringWeight = MeteringWeight::Uniform;
@@ -104,7 +104,7 @@ impl Node for Histogram {
         let source = pass.image("source");
         let size = pass.desc(source).size;
         let step = stride(size, self.step);
-        let sampled = size.div_up(step);
+        let sampled = sampled(size, step);
         let (albedo, mask) = (pass.wired("albedo"), pass.wired("mask"));
         let albedo_image = image_or_nothing(pass, "albedo");
         let mask_image = image_or_nothing(pass, "mask");

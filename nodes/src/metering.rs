@@ -24,7 +24,14 @@ const MIN_SAMPLES: u64 = 900_000;
 
 /// The sampling stride of an image: `step`, or less in a small image.
 pub(crate) fn stride(size: Size, step: u32) -> u32 {
-    (2..=step).rev().find(|step| size.div_up(*step).texels() >= MIN_SAMPLES).unwrap_or(1)
+    (2..=step).rev().find(|step| sampled(size, *step).texels() >= MIN_SAMPLES).unwrap_or(1)
+}
+
+/// The size of the image of the pixels that are read: `stride_size` in `shaders/lib/stride.wgsl`.
+pub(crate) fn sampled(size: Size, step: u32) -> Size {
+    const SQUARE: u32 = 4;
+    let side = |length: u32| if step == 1 { length } else { length.div_ceil(SQUARE * step) * SQUARE };
+    Size { width: side(size.width), height: side(size.height), ..size }
 }
 
 /// The target of the previous frame, in stops. Between two frames the target is taken to move on a straight line.

@@ -58,6 +58,10 @@ node_kind! {
         pub radius: f32 = 1.0
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level"),
                when("filter", [UpsampleFilter::Tent]);
+        /// Whether the finest level is smoothed, with the weights 1 2 1 along each axis. Then a `Bilinear` enlargement
+        /// of the result, as by a `Composite`, is about that of a `Tent` and takes one read a pixel: as a light of 2x2
+        /// pixels moves, its glow varies by 9 % at twice the size, 32 % without, and 5 % with a tent.
+        pub smooth: bool = false;
         /// What lies beyond the border of a level.
         pub border: Border = Border::Open;
     }
@@ -124,6 +128,24 @@ fn tent_taps(radius: f32, away: f32) -> [f32; 4] {
     [away + share(1.0 + away) / near, 1.0 - away + share(2.0 - away) / far, near, far]
 }
 
+/// The kernel of a step.
+fn function(enlargement: Enlargement, border: Border, is_smoothed: bool) -> &'static str {
+    match (enlargement, border, is_smoothed) {
+        (Enlargement::Bilinear, Border::Open, false) => "upsample_bilinear",
+        (Enlargement::Bilinear, Border::Edge, false) => "upsample_edge_bilinear",
+        (Enlargement::Bilinear, Border::Open, true) => "upsample_smooth_bilinear",
+        (Enlargement::Bilinear, Border::Edge, true) => "upsample_smooth_edge_bilinear",
+        (Enlargement::Tent { .. }, Border::Open, false) => "upsample_tent",
+        (Enlargement::Tent { .. }, Border::Edge, false) => "upsample_edge_tent",
+        (Enlargement::Tent { .. }, Border::Open, true) => "upsample_smooth_tent",
+        (Enlargement::Tent { .. }, Border::Edge, true) => "upsample_smooth_edge_tent",
+        (Enlargement::Whole { .. }, Border::Open, false) => "upsample_whole",
+        (Enlargement::Whole { .. }, Border::Edge, false) => "upsample_edge_whole",
+        (Enlargement::Whole { .. }, Border::Open, true) => "upsample_smooth_whole",
+        (Enlargement::Whole { .. }, Border::Edge, true) => "upsample_smooth_edge_whole",
+    }
+}
+
 impl Upsample {
     /// The weight of each of `count` levels, finest first, in a frame that is so many halvings larger than `lines`.
     fn weights(&self, count: usize, octaves: f64) -> [f64; MAX_LEVELS] {
@@ -183,14 +205,7 @@ impl Node for Upsample {
             let whole = if all > 0.0 && is_mean { all } else { 1.0 };
             let sizes = [pass.desc(joined).size, desc.size];
             let enlargement = self.filter.enlargement(sizes, self.radius, pass.is_dynamic("radius"));
-            let function = match (enlargement, border) {
-                (Enlargement::Bilinear, Border::Open) => "upsample_bilinear",
-                (Enlargement::Bilinear, Border::Edge) => "upsample_edge_bilinear",
-                (Enlargement::Tent { .. }, Border::Open) => "upsample_tent",
-                (Enlargement::Tent { .. }, Border::Edge) => "upsample_edge_tent",
-                (Enlargement::Whole { .. }, Border::Open) => "upsample_whole",
-                (Enlargement::Whole { .. }, Border::Edge) => "upsample_edge_whole",
-            };
+            let function = function(enlargement, border, self.smooth && index == finest);
             let call = pass.function(&SHADER, function);
             enlargement
                 .set_taps(call, self.radius)

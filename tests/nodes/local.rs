@@ -7,7 +7,7 @@ use crate::reference::image::Image;
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::purkinje::{full, simple, strength_log};
 use crate::reference::resample::area_average;
-use crate::reference::stride::sampled_pixel;
+use crate::reference::stride::{sampled_pixel, sampled_size};
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::{Scale, Tolerance, assert_close};
 
@@ -69,7 +69,8 @@ fn a_grid_is_built_as_its_cpu_reference() {
 /// The pixels that a node with that step reads.
 fn picked(scene: &Picture, step: u32) -> Picture {
     let size = [scene.width as usize, scene.height as usize];
-    Picture::new(scene.width.div_ceil(step), scene.height.div_ceil(step), |x, y| {
+    let [width, height] = sampled_size(size, step as usize).map(|side| side as u32);
+    Picture::new(width, height, |x, y| {
         let [x, y] = sampled_pixel([x as usize, y as usize], size, step as usize);
         scene.at(x as u32, y as u32)
     })

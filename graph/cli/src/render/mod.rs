@@ -31,10 +31,11 @@ use times::Times;
 
 pub(crate) use jobs::tell_other_numbers;
 pub(crate) use meter::run as meter;
-pub(crate) use read::volume;
-pub(crate) use request::check_input_names;
 pub(crate) use target::choose_output;
 pub(crate) use watch_cache::WatchCache;
+
+#[cfg(feature = "view")]
+pub(crate) use {read::volume, request::check_input_names};
 
 /// The frames of a run.
 pub(crate) struct Sequence {
