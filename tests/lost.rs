@@ -75,7 +75,7 @@ impl Host {
             }
             11 => self.post.finish_changes(),
             13 => {
-                self.post.change(changed("exposure.ron", Some("low"), &[]));
+                self.post.change(changed("exposure.ron", Some("high"), &[]));
                 Ok(())
             }
             15 => self.post.finish_changes(),

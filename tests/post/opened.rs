@@ -110,13 +110,13 @@ fn a_name_a_file_and_a_text_are_the_same_pipeline() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     let gpu = gpu();
-    let mut post = open(&gpu, Source::from("caracal").tier("high"));
+    let mut post = open(&gpu, Source::from("lynx").tier("high"));
     assert_eq!(post.tiers(), ["ultra", "high", "low"]);
     let [ultra, low] = ["ultra", "low"].map(|tier| post.claim(tier).expect("built-in pipelines claim figures").clone());
     assert!(ultra.ms > low.ms && ultra.p999 < low.p999 && low.on.contains("NVIDIA"), "{ultra}, {low}");
     assert!(post.claim("lo").is_none());
     let high = shown(&gpu, &mut post);
-    assert_same(&high, &fresh("caracal.ron", Some("high"), &[]));
+    assert_same(&high, &fresh("lynx.ron", Some("high"), &[]));
     let error = post.set_tier("lo").unwrap_err().to_string();
     for name in ["`lo`", "`ultra`", "`high`", "`low`"] {
         assert!(error.contains(name), "{error}");
@@ -128,10 +128,10 @@ fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     post.set(strength, 0.5).unwrap();
     post.set_tier("low").unwrap();
     assert_eq!(post.tier(), Some("low"));
-    assert_same(&shown(&gpu, &mut post), &fresh("caracal.ron", Some("low"), &[("lit.strength", "0.5")]));
+    assert_same(&shown(&gpu, &mut post), &fresh("lynx.ron", Some("low"), &[("lit.strength", "0.5")]));
     post.unset(strength.control()).unwrap();
     post.set_tier(None).unwrap();
-    assert_same(&shown(&gpu, &mut post), &fresh("caracal.ron", None, &[]));
+    assert_same(&shown(&gpu, &mut post), &fresh("lynx.ron", None, &[]));
     // A budget begins with what the file claims.
     post.govern(4.0, &["low", "ultra"]).unwrap();
     let costs = post.governor().map(|governor| [governor.cost(0), governor.cost(1)].map(Some));
@@ -336,7 +336,7 @@ fn a_host_shows_after_each_change_what_a_new_one_shows() {
         match frame {
             20 => post.set_fact("emissive", false),
             40 => size = Size::new(64, 48),
-            60 => post.set_tier("low").unwrap(),
+            60 => post.set_tier("ultra").unwrap(),
             80 => {
                 text = text.replace("spread: 0.85", "spread: 0.5");
                 folder.write("look.ron", &text);
@@ -363,7 +363,7 @@ fn a_host_shows_after_each_change_what_a_new_one_shows() {
             if frame >= 20 {
                 new.set_fact("emissive", frame >= 80);
             }
-            new.set_tier(if frame < 60 { None } else { Some("low") }).unwrap();
+            new.set_tier(if frame < 60 { None } else { Some("ultra") }).unwrap();
             assert_same(&shown_at(size, &gpu, &mut post), &shown_at(size, &second, &mut new));
         }
     }
