@@ -217,6 +217,15 @@ fn jod_of_a_clip_depend_on_the_order_of_its_frames() {
     assert!(flickering < steady - 0.01, "{flickering} {steady}");
 }
 
+/// Contrasts count, and not the brightness around them: FLIP and codes see what JOD do not.
+#[test]
+fn a_change_of_all_light_is_not_seen_by_jod() {
+    let gray = |code: f32| Shown { width: 64, height: 64, range: Range::Sdr, pixels: vec![[code; 3]; 64 * 64] };
+    let (reference, other) = (gray(0.5), gray(0.6));
+    close(judged(&Display::DESK, std::slice::from_ref(&reference), std::slice::from_ref(&other)), NO_DIFFERENCE, 1e-6);
+    assert!(mean(&flip(&reference, &other, PIXELS_PER_DEGREE)) > 0.05);
+}
+
 #[test]
 fn tiny_pictures_are_judged() {
     let [reference, other] = sdr();

@@ -10,7 +10,7 @@ pub fn json(report: &MeasureReport) -> Value {
     let sequences: Vec<Value> = report
         .sequences
         .iter()
-        .map(|SequenceInfo { name, width, height, frames }| {
+        .map(|SequenceInfo { name, width, height, frames, .. }| {
             json!({ "image": name, "width": width, "height": height, "frames": frames })
         })
         .collect();

@@ -34,7 +34,7 @@ pub use sequences::{SequenceOptions, files};
 pub use table::table;
 pub use variants::{Pipeline, VariantKind};
 
-pub(crate) use report::beats;
+pub(crate) use report::{beats, images};
 
 use reference::Reference;
 use sequence_runner::SequenceRunner;

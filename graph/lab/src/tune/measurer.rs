@@ -12,14 +12,12 @@ use super::space::Space;
 use super::steps::Steps;
 use super::target::Measured;
 use crate::LabError;
-use crate::measure::errors::Errors;
 use crate::measure::reference::{self, CodeErrors, Reference};
-use crate::measure::report::images;
 use crate::measure::sequence_runner::{SequenceRunner, reads_earlier_images};
 use crate::measure::sequences::{self, TestSequence};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
-use crate::measure::{MeasureOptions, load};
+use crate::measure::{Errors, MeasureOptions, images, load};
 use crate::metrics::Display;
 
 #[derive(Clone, Debug)]
