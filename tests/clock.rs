@@ -32,6 +32,7 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
         options: Options::default(),
         samples: Some(samples),
         output: None,
+        display: None,
         tiers_only: true,
         error_images: None,
     };

@@ -118,10 +118,10 @@ fn every_variant_is_compared_with_the_reference() {
     for name in ["max", "p999", "ciede2000_mean", "ciede2000_p999", "flip"] {
         assert_eq!(number(reference, name), 0.0, "{name}");
     }
-    assert_eq!(number(reference, "ssim"), 1.0);
+    assert_eq!((number(reference, "ssim"), number(reference, "jod")), (1.0, 10.0));
     assert!(reference["psnr"].is_null(), "equal pictures have an infinite PSNR");
     let (written, same, cheap) = (row(report, "as written"), row(report, "tier same"), row(report, "tier cheap"));
-    for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved", "gpu_ms"] {
+    for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "jod", "bytes", "bytes_moved", "gpu_ms"] {
         assert_eq!(number(written, name), number(same, name), "{name}");
     }
     assert!(same["same_as"] == "as written" && cheap["same_as"].is_null() && written["same_as"].is_null());
@@ -131,6 +131,7 @@ fn every_variant_is_compared_with_the_reference() {
         assert!(number(cheap, name) > 4.0 * number(written, name), "{name}");
     }
     assert!(number(cheap, "psnr") < number(written, "psnr") - 6.0 && number(cheap, "ssim") < number(written, "ssim"));
+    assert!(number(cheap, "jod") < number(written, "jod") - 0.1 && number(written, "jod") < 10.0);
     assert!(number(reference, "bytes") > number(written, "bytes"));
     assert!(written["flicker_p999"].is_null(), "a single frame cannot flicker");
 }
@@ -300,7 +301,11 @@ fn tiers_are_claimed_on_charts() {
         assert!(tuned(&folder, &[&["--tiers=best:0", "-o", &out], more].concat()));
         let text = folder.text("tuned.ron");
         worst.push(claims(&text)[0].1[1]);
-        assert_eq!(text.contains("the worst of 12 images and 4 sequences, 9 of them new to the search: "), more.is_empty(), "{text}");
+        assert_eq!(
+            text.contains("the worst of 12 images and 4 sequences, 9 of them new to the search: "),
+            more.is_empty(),
+            "{text}"
+        );
         assert_eq!(text.contains("errors a tenth above those of in\""), !more.is_empty(), "{text}");
     }
     assert!(worst[0] > worst[1], "{worst:?}");
@@ -309,10 +314,13 @@ fn tiers_are_claimed_on_charts() {
     );
 }
 
-/// The claims of a file: tier, `ms`, `p999`, `flip`.
-fn claims(text: &str) -> Vec<(String, [f64; 3])> {
+/// The claims of a file, for `desk`: tier, `ms`, `p999`, `flip`, `jod`.
+fn claims(text: &str) -> Vec<(String, [f64; 4])> {
     let document = afterimage_graph::document::parse("tuned.ron", text).unwrap();
-    let figures = |claim: &afterimage_graph::document::Claim| [claim.ms, claim.p999, claim.flip].map(Option::unwrap);
+    let figures = |claim: &afterimage_graph::document::Claim| {
+        assert_eq!(claim.display.as_deref(), Some("desk"), "{claim}");
+        [claim.ms, claim.p999, claim.flip, claim.jod].map(Option::unwrap)
+    };
     document.claims.iter().map(|(tier, claim)| (tier.value.clone(), figures(claim))).collect()
 }
 
@@ -332,11 +340,12 @@ fn all_tiers_are_tuned_at_once() {
     assert_eq!(claims[0].0, "ultra", "{text}");
     assert!(run(&["measure", &out, &folder.arg("in.exr"), &other, "--tiers", "--repeats", "1", "--json", &json]));
     let mut last = f64::INFINITY;
-    for (tier, [ms, p999, flip]) in &claims {
+    for (tier, [ms, p999, flip, jod]) in &claims {
         let limit = limits.iter().find(|(name, _)| name == tier).expect("the names are those of the ladder").1;
         let row = row(&folder.json("out.json"), &format!("tier {tier}")).clone();
         assert!((p999 - MARGIN * number(&row, "p999")).abs() <= 0.0011 && *p999 <= limit, "{tier}: {p999}, {row:#}");
         assert!((flip - MARGIN * number(&row, "flip")).abs() <= 0.0011, "{tier}: {flip}, {row:#}");
+        assert!((10.0 - jod - MARGIN * (10.0 - number(&row, "jod"))).abs() <= 0.0011, "{tier}: {jod}, {row:#}");
         assert!(*ms <= 0.75 * last + 0.001, "{text}");
         last = *ms;
     }
@@ -405,6 +414,7 @@ fn the_steps_of_a_search_are_told_as_they_are() {
         options: Options::default(),
         samples: Some(1),
         output: None,
+        display: None,
         tiers_only: false,
         error_images: None,
     };
@@ -531,7 +541,9 @@ fn a_folder_and_built_in_charts_are_measured() {
     let images: Vec<&str> =
         report["images"].as_array().unwrap().iter().map(|image| image["image"].as_str().unwrap()).collect();
     assert_eq!(images[..2], ["a", "b"]);
-    assert!(["lines", "dots", "one sun", "white", "black", "night", "pan", "cuts"].iter().all(|name| images.contains(name)));
+    assert!(
+        ["lines", "dots", "one sun", "white", "black", "night", "pan", "cuts"].iter().all(|name| images.contains(name))
+    );
     let cheap = row(&report, "tier cheap");
     let mut errors: Vec<f64> = cheap["images"].as_array().unwrap().iter().map(|image| number(image, "p999")).collect();
     errors.sort_by(f64::total_cmp);

@@ -1,12 +1,12 @@
 //! The metrics of `measure` against published figures and independent programs.
 //!
 //! The pair of pictures is made from whole numbers by a formula, so that another program can make the very same pair. The figures of
-//! other programs come from scikit-image 0.26.0 (SSIM and PSNR), color-science 0.4.7 (CIEDE2000 and dE ITP) and flip-evaluator 1.7
-//! (FLIP), all on Python 3.11.
+//! other programs come from scikit-image 0.26.0 (SSIM and PSNR), color-science 0.4.7 (CIEDE2000 and dE ITP), flip-evaluator 1.7
+//! (FLIP) and cvvdp 0.5.7 with torch 2.15.0 (JOD), all on Python 3.11.
 
 use afterimage_lab::metrics::{
-    PIXELS_PER_DEGREE, Range, Shown, ciede2000, ciede2000_of, delta_e_itp, delta_e_itp_of, difference, flip,
-    lab_of_srgb, mean, nits_of_pq, percentile, psnr, pu21, ssim,
+    Display, NO_DIFFERENCE, PIXELS_PER_DEGREE, Range, Shown, ciede2000, ciede2000_of, delta_e_itp, delta_e_itp_of,
+    difference, flip, jod, lab_of_srgb, mean, nits_of_pq, percentile, psnr, pu21, ssim,
 };
 
 const WIDTH: usize = 64;
@@ -151,6 +151,95 @@ fn flip_of_a_pair_of_hdr_pictures() {
     close(percentile(&map, 1.0), 0.570229, 3e-4);
 }
 
+/// The quality in JOD of pictures on a display, at 24 frames per second.
+#[track_caller]
+fn judged(display: &Display, reference: &[Shown], other: &[Shown]) -> f64 {
+    jod(reference, other, 24.0, display).expect("the frame rate is one of a film")
+}
+
+/// Five frames of both pictures of the pair, which move to the left by three pixels a frame.
+fn clip() -> [Vec<Shown>; 2] {
+    [0, 1].map(|which| {
+        let number = |x, y, channel| codes(x, y, channel)[which] as f32 / 255.0;
+        let frame = |left| {
+            let places = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x + left, y)));
+            let pixels = places.map(|(x, y)| [0, 1, 2].map(|channel| number(x, y, channel))).collect();
+            Shown { width: WIDTH, height: HEIGHT, range: Range::Sdr, pixels }
+        };
+        [0, 3, 6, 9, 12].map(frame).into()
+    })
+}
+
+#[test]
+fn jod_of_pictures_and_of_a_clip_on_three_displays() {
+    let [reference, other] = sdr().map(|picture| [picture]);
+    close(judged(&Display::DESK, &reference, &other), 9.274424, 1e-4);
+    close(judged(&Display::TV_HDR, &reference, &other), 9.379864, 1e-4);
+    let [reference, other] = hdr().map(|picture| [picture]);
+    close(judged(&Display::TV_HDR, &reference, &other), 9.211223, 1e-4);
+    let [reference, other] = clip();
+    close(judged(&Display::PHONE, &reference, &other), 9.225200, 1e-4);
+    close(jod(&reference, &other, 60.0, &Display::PHONE).expect("a frame rate"), 9.139511, 1e-4);
+    assert!(jod(&reference, &other, 0.0, &Display::PHONE).is_err_and(|error| error.to_string().contains("frame rate")));
+}
+
+#[test]
+fn a_worse_picture_has_fewer_jod() {
+    let [reference, other] = sdr();
+    let with = |share: f32| {
+        let mut mixed = reference.clone();
+        for (mixed, other) in mixed.pixels.iter_mut().flatten().zip(other.pixels.iter().flatten()) {
+            *mixed += share * (other - *mixed);
+        }
+        judged(&Display::DESK, std::slice::from_ref(&reference), &[mixed])
+    };
+    let all = [0.0, 0.1, 0.3, 1.0].map(with);
+    assert_eq!(all[0], NO_DIFFERENCE);
+    assert!(all.is_sorted_by(|a, b| a > b), "{all:?}");
+}
+
+#[test]
+fn jod_of_a_clip_depend_on_the_order_of_its_frames() {
+    let [reference, _] = clip();
+    let order = |frames: [usize; 5]| frames.map(|frame| reference[frame].clone());
+    assert_eq!(judged(&Display::DESK, &reference, &order([0, 1, 2, 3, 4])), NO_DIFFERENCE);
+    let held = judged(&Display::DESK, &reference, &order([0, 1, 2, 2, 4]));
+    let held_longer = judged(&Display::DESK, &reference, &order([0, 1, 1, 1, 4]));
+    assert!(held_longer < held && held < NO_DIFFERENCE - 0.5, "{held} {held_longer}");
+    // The same frames with the same errors: what comes and goes is seen, what stays less.
+    let [picture, other] = sdr();
+    let still = [0; 5].map(|_| picture.clone());
+    let seen = |wrong: [bool; 5]| {
+        let frames = wrong.map(|wrong| if wrong { other.clone() } else { picture.clone() });
+        judged(&Display::DESK, &still, &frames)
+    };
+    let (steady, flickering) = (seen([false, false, true, true, true]), seen([true, false, true, false, true]));
+    assert!(flickering < steady - 0.01, "{flickering} {steady}");
+}
+
+/// Contrasts count, and not the brightness around them: FLIP and codes see what JOD do not.
+#[test]
+fn a_change_of_all_light_is_not_seen_by_jod() {
+    let gray = |code: f32| Shown { width: 64, height: 64, range: Range::Sdr, pixels: vec![[code; 3]; 64 * 64] };
+    let (reference, other) = (gray(0.5), gray(0.6));
+    close(judged(&Display::DESK, std::slice::from_ref(&reference), std::slice::from_ref(&other)), NO_DIFFERENCE, 1e-6);
+    assert!(mean(&flip(&reference, &other, PIXELS_PER_DEGREE)) > 0.05);
+}
+
+#[test]
+fn tiny_pictures_are_judged() {
+    let [reference, other] = sdr();
+    let part = |of: &Shown, width: usize, height: usize| {
+        let rows = of.pixels.chunks(WIDTH).take(height).flat_map(|row| row[..width].to_vec());
+        [Shown { width, height, range: Range::Sdr, pixels: rows.collect() }]
+    };
+    close(judged(&Display::DESK, &part(&reference, 7, 5), &part(&other, 7, 5)), 9.885662, 1e-4);
+    for (width, height) in [(1, 1), (1, 9), (2, 3), (33, 1), (4, 4), (5, 33)] {
+        let found = judged(&Display::DESK, &part(&reference, width, height), &part(&other, width, height));
+        assert!((8.0..=NO_DIFFERENCE).contains(&found), "{width}x{height}: {found}");
+    }
+}
+
 #[test]
 fn equal_pictures_have_no_error() {
     for [reference, _] in [sdr(), hdr()] {
@@ -158,6 +247,8 @@ fn equal_pictures_have_no_error() {
         assert_eq!(psnr(&reference.codes(), &reference.codes(), reference.range.peak()), f64::INFINITY);
         close(ssim(&reference, &reference), 1.0, 1e-12);
         assert_eq!(mean(&flip(&reference, &reference, PIXELS_PER_DEGREE)), 0.0);
+        let again = [reference.clone()];
+        assert!(Display::ALL.iter().all(|display| judged(display, &again, &again) == NO_DIFFERENCE));
     }
 }
 

@@ -4,7 +4,7 @@ use std::iter::zip;
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::Bake;
-use afterimage_lab::metrics::{PIXELS_PER_DEGREE, Range, Shown, flip, srgb_decode, srgb_encode};
+use afterimage_lab::metrics::{NO_DIFFERENCE, PIXELS_PER_DEGREE, Range, Shown, flip, srgb_decode, srgb_encode};
 use afterimage_lab::tune::MARGIN;
 use afterimage_plan::{Alias, When};
 
@@ -234,8 +234,14 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
         let p999 = format!("{:.2}", MARGIN * number(p999).max(number(p999_moving)));
         let flip = format!("{:.3}", MARGIN * number(flip).max(number(flip_moving)));
         let [ms, p999, flip] = [ms, &p999, &flip].map(|figure| Some(number(figure)));
+        // A table from before the metric has no JOD, and neither have the claims that were made of it.
+        let jod = fields.get(16..).and_then(|seen| {
+            let [jod, jod_moving, _, display] = *seen else { panic!("{line}") };
+            let worst = number(jod).min(number(jod_moving));
+            Some((format!("{:.3}", NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - worst)), display.to_owned()))
+        });
         if tier != "as written" {
-            measured.push((pipeline.to_owned(), tier.to_owned(), ms, p999, flip));
+            measured.push((pipeline.to_owned(), tier.to_owned(), ms, p999, flip, jod));
         }
     }
     let mut known = Vec::new();
@@ -243,7 +249,8 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
         for tier in tiers(&name) {
             let claims = document(&name).claims;
             let claim = claims.into_iter().find(|(of, _)| of.value == tier).map(|(_, claim)| claim).unwrap_or_default();
-            known.push((name.trim_end_matches(".ron").to_owned(), tier, claim.ms, claim.p999, claim.flip));
+            let jod = claim.jod.map(|jod| format!("{jod:.3}")).zip(claim.display);
+            known.push((name.trim_end_matches(".ron").to_owned(), tier, claim.ms, claim.p999, claim.flip, jod));
         }
     }
     measured.sort_by(|a, b| (&a.0, &a.1).cmp(&(&b.0, &b.1)));

@@ -13,6 +13,8 @@ TABLE = ROOT / "graph/docs/measurements/tiers.csv"
 SIZES = ("3840x2160", "1920x1080")
 # As `tune`, claims state errors this factor above the worst that was measured.
 MARGIN = 1.1
+# The quality in JOD of what looks like the reference.
+NO_DIFFERENCE = 10
 
 def tiers(measured):
     """The variants of a measurement that are tiers, and the pipeline as it is written, with their rows."""
@@ -54,14 +56,15 @@ def by_motion(measured):
 def table(folder):
     print(
         "pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving,flip_moving,worst_moving,"
-        "p999_new,flip_new,new,held,mb_4k,operations"
+        "p999_new,flip_new,new,held,mb_4k,operations,jod,jod_moving,jod_new,display"
     )
     price = prices()
     for path in sorted(folder.glob("*.json")):
         if "." in path.stem:
             continue
         walks, news = (dict(tiers(json.loads(path.with_suffix(of).read_text()))) for of in (".walk.json", ".new.json"))
-        for tier, stills, moving in by_motion(json.loads(path.read_text())):
+        measured = json.loads(path.read_text())
+        for tier, stills, moving in by_motion(measured):
             times = ",".join(f"{milliseconds(folder, path.stem, tier, size):.3f}" for size in SIZES)
             moving += walks[tier]["images"]
             new = news[tier]["images"]
@@ -69,7 +72,8 @@ def table(folder):
             held = sum(picture["p999"] <= claimed for picture in new)
             p999_new, flip_new, _ = worst(new).split(",")
             figures = f"{times},{worst(stills)},{worst(moving)},{p999_new},{flip_new},{len(new)},{held}"
-            print(f"{path.stem},{tier},{figures},{price[f'{path.stem} {tier}']}")
+            jod = ",".join(f"{min(picture['jod'] for picture in of):.3f}" for of in (stills, moving, new))
+            print(f"{path.stem},{tier},{figures},{price[f'{path.stem} {tier}']},{jod},{measured['display']}")
 
 
 def times(folder):
@@ -103,7 +107,9 @@ def claims(where):
         if row["tier"] != "as written":
             p999, flip = (MARGIN * max(float(row[of]), float(row[f"{of}_moving"])) for of in ("p999", "flip"))
             on = f"{where}; held on {row['held']} of {row['new']} new ones"
-            figures = f"ms: {row['ms_4k']}, p999: {p999:.2f}, flip: {flip:.3f}, on: {json.dumps(on)}"
+            jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - min(float(row["jod"]), float(row["jod_moving"])))
+            errors = f"jod: {jod:.3f}, p999: {p999:.2f}, flip: {flip:.3f}, for: {json.dumps(row['display'])}"
+            figures = f"ms: {row['ms_4k']}, {errors}, on: {json.dumps(on)}"
             sections[row["pipeline"]] = sections.get(row["pipeline"], "") + f'        "{row["tier"]}": Claim({figures}),\n'
     for name, section in sections.items():
         file = ROOT / f"pipelines/{name}.ron"

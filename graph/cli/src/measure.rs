@@ -51,6 +51,7 @@ pub(crate) fn measure_options(args: &SequenceArgs) -> Result<MeasureOptions, Fai
         options: Options::default(),
         samples: args.repeats,
         output: args.output.clone(),
+        display: args.display,
         tiers_only: false,
         error_images: None,
     })

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
+use afterimage_lab::measure::Errors;
+use afterimage_lab::metrics::NO_DIFFERENCE;
 use afterimage_lab::tune::{MARGIN, Measured, Tier, Tuned};
 use afterimage_media::real_path;
 
@@ -17,7 +19,8 @@ pub(crate) fn figures(tier: &Tier) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     let others = p999_without_worst.map_or(String::new(), |others| format!(" ({others:.3} without the worst image)"));
     let errors = format!("99.9 % of pixels within {p999:.3} codes{others} and all within {max:.3}");
-    format!("{ms:.3} ms, {errors}, FLIP {:.3}, {mebibytes:.1} MiB", tier.flip)
+    let Errors { flip, jod, .. } = tier.errors;
+    format!("{ms:.3} ms, {errors}, FLIP {flip:.3}, {jod:.3} JOD for {}, {mebibytes:.1} MiB", tier.display)
 }
 
 /// Refuses a name that RON cannot hold.
@@ -56,9 +59,11 @@ pub(crate) fn text(
 
 /// The line of a tier among the claims.
 fn claim(tier: &Tier) -> String {
-    let Tier { name, measured, flip, conditions, .. } = tier;
-    let (ms, p999, flip) = (measured.ms, measured.claimed_p999(), MARGIN * flip);
-    format!("        {name:?}: Claim(ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}, on: {conditions:?}),\n")
+    let Tier { name, measured, errors, display, conditions, .. } = tier;
+    let (ms, p999, flip) = (measured.ms, measured.claimed_p999(), MARGIN * errors.flip);
+    let jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - errors.jod);
+    let seen = format!("jod: {jod:.3}, p999: {p999:.3}, flip: {flip:.3}, for: {display:?}");
+    format!("        {name:?}: Claim(ms: {ms:.3}, {seen}, on: {conditions:?}),\n")
 }
 
 /// The folder of the pipeline, if the file is neither in it nor above it: then `--allow` must name it.

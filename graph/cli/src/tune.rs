@@ -60,7 +60,9 @@ fn add_charts(sequences: &mut SequenceOptions, graph: &Graph) {
         sequences.scene |= sequences.images.is_empty();
         sequences.charts = true;
     } else {
-        note("note: the pipeline cannot take the charts of `--charts`; lamps, dots, lines and motion may exceed the claims");
+        note(
+            "note: the pipeline cannot take the charts of `--charts`; lamps, dots, lines and motion may exceed the claims",
+        );
     }
 }
 

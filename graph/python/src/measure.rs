@@ -26,6 +26,7 @@ pub(crate) fn report(look: &Offline, images: Vec<String>, tiers_only: bool, fram
         options: Options::default(),
         samples: None,
         output: None,
+        display: None,
         tiers_only,
         error_images: None,
     };

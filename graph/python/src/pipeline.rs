@@ -212,7 +212,9 @@ fn describe(look: &Offline) -> serde_json::Value {
     });
     let tiers = look.tiers().into_iter().map(|tier| {
         let claim = look.claim(&tier);
-        let claim = claim.map(|Claim { on, ms, p999, flip }| json!({ "on": on, "ms": ms, "p999": p999, "flip": flip }));
+        let claim = claim.map(|Claim { on, ms, jod, p999, flip, display }| {
+            json!({ "on": on, "ms": ms, "jod": jod, "p999": p999, "flip": flip, "display": display })
+        });
         json!({ "name": tier, "claim": claim })
     });
     let outputs = look.outputs().map(|output| json!({ "name": output.name, "state": output.state.name() }));

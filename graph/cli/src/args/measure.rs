@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use afterimage_graph::diagnostic::quote;
+use afterimage_lab::metrics::Display;
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
@@ -22,6 +24,8 @@ p99.9: the error that one pixel in a thousand exceeds, in codes
 PSNR: in decibels
 SSIM: structural similarity, 1 is equal
 FLIP: the visible difference of alternating images, 0 to 1
+JOD: what is seen of the whole sequence at `--fps` on the display, by ColorVideoVDP: 10 is no difference, and at 9 three \
+of four people prefer the reference
 dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
 flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
@@ -59,12 +63,15 @@ pub(crate) struct SequenceArgs {
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`
     #[arg(help_heading = SEQUENCES, long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
-    /// Frames per second, for adaptation over time
+    /// Frames per second, for adaptation over time, and of the video whose differences are seen
     #[arg(help_heading = SEQUENCES, long, default_value_t = 24.0)]
     pub(crate) fps: f32,
     /// The output to compare; by default the first encoded one, or the first
     #[arg(long, value_name = "NAME")]
     pub(crate) output: Option<String>,
+    /// The display of the visible differences in JOD; by default `desk`, for HDR outputs `tv-hdr`
+    #[arg(long, value_parser = displays())]
+    pub(crate) display: Option<Display>,
     /// Samples of each time; 50 on a GPU and 7 on a processor by default
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) repeats: Option<u32>,
@@ -164,6 +171,12 @@ fn parse_ladder(text: &str) -> Result<Ladder, String> {
         all.push((name.to_owned(), codes));
     }
     Ok(Ladder(all))
+}
+
+fn displays() -> impl TypedValueParser<Value = Display> {
+    let known = |name: &str| Display::ALL.into_iter().find(|display| display.name == name);
+    PossibleValuesParser::new(Display::ALL.map(|display| PossibleValue::new(display.name).help(display.about)))
+        .map(move |name| known(&name).expect("it is one of the names"))
 }
 
 /// Milliseconds of `0.8ms`, `800us` or `0.8`.

@@ -1,6 +1,6 @@
 //! The errors of a variant against the reference.
 
-use crate::metrics::{self, PIXELS_PER_DEGREE, Range, Shown, difference, mean, percentile, psnr, ssim};
+use crate::metrics::{self, NO_DIFFERENCE, PIXELS_PER_DEGREE, Range, Shown, difference, mean, percentile, psnr, ssim};
 
 /// The percentile of errors: one pixel in a thousand has a larger one.
 pub(crate) const SHARE: f64 = 0.999;
@@ -21,6 +21,8 @@ pub struct Errors {
     /// Its 99.9th percentile.
     pub color_p999: f64,
     pub flip: f64,
+    /// The quality of the whole sequence in JOD; 10 for no visible difference. A frame of it has none of its own.
+    pub jod: f64,
     /// The change from frame to frame that the reference does not have; `None` for single frames.
     pub flicker: Option<Flicker>,
 }
@@ -43,6 +45,7 @@ impl Errors {
         color: 0.0,
         color_p999: 0.0,
         flip: 0.0,
+        jod: NO_DIFFERENCE,
         flicker: None,
     };
 
@@ -65,12 +68,13 @@ impl Errors {
             color: self.color.max(other.color),
             color_p999: self.color_p999.max(other.color_p999),
             flip: self.flip.max(other.flip),
+            jod: self.jod.min(other.jod),
             flicker,
         }
     }
 
     /// The figures by their names in files; `None` for a figure that does not apply or is infinite.
-    pub(crate) fn named(&self, range: Range) -> [(&'static str, Option<f64>); 9] {
+    pub(crate) fn named(&self, range: Range) -> [(&'static str, Option<f64>); 10] {
         let (color, color_p999) = match range {
             Range::Sdr => ("ciede2000_mean", "ciede2000_p999"),
             Range::Hdr => ("deitp_mean", "deitp_p999"),
@@ -83,6 +87,7 @@ impl Errors {
             (color, Some(self.color)),
             (color_p999, Some(self.color_p999)),
             ("flip", Some(self.flip)),
+            ("jod", Some(self.jod)),
             ("flicker_max", self.flicker.map(|flicker| flicker.max)),
             ("flicker_p999", self.flicker.map(|flicker| flicker.p999)),
         ]
@@ -108,7 +113,7 @@ pub(crate) fn errors(reference: &Shown, shown: &Shown) -> Errors {
         color: mean(&colors),
         color_p999: percentile(&colors, SHARE),
         flip: mean(&metrics::flip(reference, shown, PIXELS_PER_DEGREE)),
-        flicker: None,
+        ..Errors::NONE
     }
 }
 

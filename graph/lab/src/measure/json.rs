@@ -21,6 +21,7 @@ pub fn json(report: &MeasureReport) -> Value {
         "clock": report.clock.name(),
         "repeats": report.samples,
         "error_unit": report.unit(),
+        "display": report.display.name,
         "images": sequences,
         "without_effect": report.without_effect,
         "rows": (0..report.rows.len()).map(|at| json_row(report, at)).collect::<Vec<Value>>(),

@@ -43,6 +43,7 @@ use variants::{Variant, variants};
 use view::View;
 
 use crate::files::{file_name, make_folder};
+use crate::metrics::Display;
 use crate::{LabError, Progress};
 
 #[derive(Clone, Debug)]
@@ -55,6 +56,8 @@ pub struct MeasureOptions {
     pub samples: Option<u32>,
     /// The output to compare; `None` for the first encoded one, or the first.
     pub output: Option<String>,
+    /// The display on which differences are seen; `None` for that of the output's range.
+    pub display: Option<Display>,
     /// Measures only the tiers.
     pub tiers_only: bool,
     /// A folder for images of the errors.
@@ -79,7 +82,8 @@ pub fn measure(
     let view = View::of(&pipeline.written, output)?;
     let sources = sequences::sources(&options.sequences, &pipeline.written)?;
     let runner = SequenceRunner::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples)?;
-    let mut measurement = Measurement { pipeline, options, output: &output.name, view, runner, progress };
+    let display = options.display.unwrap_or(Display::of(view.range()));
+    let mut measurement = Measurement { pipeline, options, output: &output.name, view, display, runner, progress };
     let mut report = measurement.report(gpu, registry, &sources)?;
     report.mark_pareto();
     Ok(report)
@@ -94,6 +98,7 @@ struct Measurement<'a> {
     options: &'a MeasureOptions,
     output: &'a str,
     view: View,
+    display: Display,
     runner: SequenceRunner,
     progress: &'a dyn Progress,
 }
@@ -123,6 +128,7 @@ impl Measurement<'_> {
             pipeline: self.pipeline.name.clone(),
             output: self.output.to_owned(),
             range: self.view.range(),
+            display: self.display,
             adapter: gpu.name(),
             clock: self.runner.clock.source(),
             samples: self.runner.samples(),
@@ -207,7 +213,7 @@ impl Measurement<'_> {
         sequence: &TestSequence,
     ) -> Result<Errors, LabError> {
         let folder = self.options.error_images.as_deref();
-        reference.errors(&mut self.runner.session, sequence, self.view, |frame, shown| match folder {
+        reference.errors(&mut self.runner.session, sequence, self.view, &self.display, |frame, shown| match folder {
             Some(folder) => {
                 let number = if sequence.len() > 1 { format!("-{frame:04}") } else { String::new() };
                 let name = format!("{}{number}-{}.png", file_name(&sequence.name), file_name(&variant.name));

@@ -9,7 +9,7 @@ use super::sequence_runner::Cost;
 use super::sequences::TestSequence;
 use super::view::View;
 use crate::LabError;
-use crate::metrics::{PIXELS_PER_DEGREE, Shown, difference, flip, mean, percentile};
+use crate::metrics::{Display, Shown, difference, jod, percentile};
 
 /// The frames of the reference on one sequence.
 pub(crate) struct Reference {
@@ -135,33 +135,27 @@ impl Reference {
         }
     }
 
-    /// All errors of the loaded plan; `also` gets each frame and its number.
+    /// All errors of the loaded plan, as seen on a display; `also` gets each frame and its number.
     pub(crate) fn errors(
         &self,
         session: &mut Session,
         sequence: &TestSequence,
         view: View,
+        display: &Display,
         mut also: impl FnMut(usize, &Shown) -> Result<(), LabError>,
     ) -> Result<Errors, LabError> {
         let mut worst = Errors::NONE;
         let mut trace = ErrorTrace::default();
+        let mut frames = Vec::with_capacity(self.frames.len());
         for (frame, reference) in self.frames.iter().enumerate() {
             let shown = self.shown(session, sequence, view, frame)?;
             also(frame, &shown)?;
             let flicker = if self.frames.len() > 1 { trace.next(reference, &shown) } else { None };
             worst = worst.worst(Errors { flicker, ..errors(reference, &shown) });
+            frames.push(shown);
         }
-        Ok(worst)
-    }
-
-    /// The visible difference FLIP of the loaded plan, in the frame where it is largest.
-    pub(crate) fn flip(&self, session: &mut Session, sequence: &TestSequence, view: View) -> Result<f64, LabError> {
-        let mut worst = 0.0_f64;
-        for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(session, sequence, view, frame)?;
-            worst = worst.max(mean(&flip(reference, &shown, PIXELS_PER_DEGREE)));
-        }
-        Ok(worst)
+        let fps = 1.0 / sequence.step(frames.len() - 1).dt;
+        Ok(Errors { jod: jod(&self.frames, &frames, fps, display)?, ..worst })
     }
 
     /// The errors in codes of the loaded plan, the worst of the first `count` frames.

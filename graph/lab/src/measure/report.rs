@@ -4,7 +4,7 @@ use afterimage_gpu::ClockSource;
 
 use super::reference::Figures;
 use super::variants::VariantKind;
-use crate::metrics::Range;
+use crate::metrics::{Display, Range};
 
 /// The result of `measure`: figures, settings and images.
 #[derive(Clone, Debug)]
@@ -15,6 +15,8 @@ pub struct MeasureReport {
     pub output: String,
     /// SDR or HDR.
     pub range: Range,
+    /// The display of the visible differences.
+    pub display: Display,
     /// The name of the adapter.
     pub adapter: String,
     /// The clock of the times.

@@ -34,7 +34,7 @@ pub fn table(report: &MeasureReport) -> String {
 fn headings(report: &MeasureReport) -> Vec<&'static str> {
     let time = if report.clock == ClockSource::Gpu { "GPU ms" } else { "host ms" };
     let color = if report.range == Range::Sdr { "dE2000" } else { "dE ITP" };
-    let mut headings = vec!["", "variant", time, "MiB", "moved", "max", "p99.9", "PSNR", "SSIM", color, "FLIP"];
+    let mut headings = vec!["", "variant", time, "MiB", "moved", "max", "p99.9", "PSNR", "SSIM", color, "FLIP", "JOD"];
     if has_flicker(report) {
         headings.push("flicker");
     }
@@ -65,6 +65,7 @@ fn cells(report: &MeasureReport, row: &Row, names: String) -> Vec<Cell> {
         format!("{:.5}", errors.ssim),
         significant(errors.color),
         significant(errors.flip),
+        format!("{:.2}", errors.jod),
     ];
     if has_flicker(report) {
         texts.push(errors.flicker.map_or(String::new(), |flicker| significant(flicker.p999)));
@@ -112,8 +113,10 @@ fn legend(report: &MeasureReport) -> String {
         ClockSource::Host => format!("time on the host, the median of {} frames", report.samples),
     };
     let mut text = format!(
-        "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; {time}",
-        report.unit()
+        "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; JOD of the display {}; \
+         {time}",
+        report.unit(),
+        report.display.name
     );
     if report.sequences.len() > 1 {
         let more = report.sequences.len() + 1;

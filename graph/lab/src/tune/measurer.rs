@@ -17,7 +17,8 @@ use crate::measure::sequence_runner::{SequenceRunner, reads_earlier_images};
 use crate::measure::sequences::{self, TestSequence};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
-use crate::measure::{MeasureOptions, images, load};
+use crate::measure::{Errors, MeasureOptions, images, load};
+use crate::metrics::Display;
 
 #[derive(Clone, Debug)]
 pub struct TunePipeline {
@@ -56,6 +57,7 @@ pub(super) struct ChoiceMeasurer<'a> {
     written: &'a Graph,
     pub(super) space: Space,
     view: View,
+    pub(super) display: Display,
     pictures: Vec<Picture>,
     /// Samples of the time of each choice.
     pub(super) samples: u32,
@@ -97,7 +99,8 @@ impl<'a> ChoiceMeasurer<'a> {
             let plan = plan.hash().to_string();
             pictures.push(Picture { sequence, reference, plan, is_searched, searched_frames });
         }
-        Ok(Self { runner, written, space, view, pictures, samples, adapter: gpu.name(), costs: BTreeMap::new() })
+        let (display, adapter) = (options.display.unwrap_or(Display::of(view.range())), gpu.name());
+        Ok(Self { runner, written, space, view, display, pictures, samples, adapter, costs: BTreeMap::new() })
     }
 
     /// The settings on which the figures depend: a search with another identity cannot use them.
@@ -186,14 +189,15 @@ impl<'a> ChoiceMeasurer<'a> {
         Ok(self.runner.cost(sequence, self.runner.samples().div_ceil(parts))?.time)
     }
 
-    /// The visible difference of a choice, FLIP, on the picture where it is largest.
-    pub(super) fn flip(&mut self, choice: &[usize]) -> Result<f64, LabError> {
+    /// All errors of a choice, the visible differences among them, on the pictures where each is largest.
+    pub(super) fn all_errors(&mut self, choice: &[usize]) -> Result<Errors, LabError> {
         let graph = self.graph(choice);
-        let mut worst = 0.0_f64;
+        let mut worst = Errors::NONE;
         for Picture { sequence, reference, .. } in &self.pictures {
             let compared = reference::before_quantization(&graph, reference.output());
             self.runner.load(&compared, sequence, false)?;
-            worst = worst.max(reference.flip(&mut self.runner.session, sequence, self.view)?);
+            let session = &mut self.runner.session;
+            worst = worst.worst(reference.errors(session, sequence, self.view, &self.display, |_, _| Ok(()))?);
         }
         Ok(worst)
     }

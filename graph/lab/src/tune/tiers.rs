@@ -7,7 +7,7 @@ use super::measurer::Confirmed;
 use super::target::{Measured, TuneTarget};
 use super::tuner::Tuner;
 use crate::LabError;
-use crate::measure::beats;
+use crate::measure::{Errors, beats};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
@@ -23,9 +23,11 @@ pub struct Tier {
     pub graph: Graph,
     /// Of several tiers, the time is that of turns on the largest image.
     pub measured: Measured,
-    /// The visible difference FLIP, from 0 to 1.
-    pub flip: f64,
-    /// The conditions of both figures, and the margin that a claim adds to the errors.
+    /// All errors, the visible differences among them.
+    pub errors: Errors,
+    /// The name of the display of the visible differences.
+    pub display: &'static str,
+    /// The conditions of all figures, and the margin that a claim adds to the errors.
     pub conditions: String,
 }
 
@@ -78,9 +80,10 @@ pub(super) fn tiers(tuner: &mut Tuner<'_>, goals: &[Goal]) -> Result<(Vec<Tier>,
     let mut tiers = Vec::new();
     for Found { goal, choice, measured, worst } in found {
         let Tuner { measurer, steps, .. } = tuner;
-        let flip = steps.run(&format!("FLIP of {}", goal.name), || measurer.flip(&choice))?;
-        let (graph, conditions) = (measurer.graph(&choice), measurer.conditions(&worst));
-        tiers.push(Tier { name: goal.name.clone(), graph, measured, flip, conditions });
+        let errors = steps.run(&format!("errors of {}", goal.name), || measurer.all_errors(&choice))?;
+        let (graph, conditions, display) =
+            (measurer.graph(&choice), measurer.conditions(&worst), measurer.display.name);
+        tiers.push(Tier { name: goal.name.clone(), graph, measured, errors, display, conditions });
     }
     Ok((tiers, left_out))
 }

@@ -58,10 +58,14 @@ class Claim:
     """What it was measured on: a device, a size, images."""
     ms: float | None
     """The milliseconds of a frame."""
+    jod: float | None
+    """The quality in JOD on `display`: 10 for no visible difference."""
     p999: float | None
     """The error that one pixel in a thousand exceeds, in codes of 8 bits."""
     flip: float | None
     """The visible difference FLIP, from 0 to 1."""
+    display: str | None
+    """The display that `jod` is for."""
 
 
 class Pipeline:
