@@ -41,6 +41,7 @@
 //! | load files asynchronously | [`host::Snapshot`] |
 //! | write a frame for the report of a bug: feature `offline` | `Post::capture` |
 //! | render images in memory, without a renderer: feature `offline` | `offline::Offline` |
+//! | see plans, compilation, loading and recording as spans: feature `tracing` | the crate `tracing` |
 //!
 //! The types of these signatures are in [`host`], and `wgpu` is that of the crate. Nothing here waits for the device
 //! but the first frame of a size.

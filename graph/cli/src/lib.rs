@@ -1,5 +1,8 @@
 //! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of
 //! kinds.
+//!
+//! Features: `view`, on by default, has the command of that name, with a window; `ocio` has `--ocio` and the kind
+//! `OcioTransform`.
 // rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
 #![recursion_limit = "256"]
 

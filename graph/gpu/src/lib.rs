@@ -7,6 +7,8 @@
 //!
 //! The crate builds for Vulkan, Metal, Direct3D 12 and the web. Images share placed memory only on Vulkan. On the web,
 //! where nothing may wait, a device comes from [`Gpu::open_async`], and there is no clock or read-back.
+//!
+//! With the feature `tracing`, plans, compilation, loading and recording are spans of that crate.
 
 // Whether types that hold a device are `Sync` goes through more than 128 types of wgpu.
 #![recursion_limit = "256"]

@@ -1,6 +1,7 @@
 //! The viewer: a window to look at pipelines and to adjust their parameters, and the same in a browser.
 //!
-//! [`Model`] is the state without a window: the pipeline, its images, the user's changes, and time.
+//! [`Model`] is the state without a window: the pipeline, its images, the user's changes, and time. The feature `page`
+//! is for the browser.
 #![allow(missing_docs, reason = "no host uses this crate: the program and the page are its only users")]
 
 #[cfg(any(test, all(target_family = "wasm", feature = "page")))]

@@ -14,6 +14,7 @@
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
 //! | [`unsafes`] | which code is `unsafe`, and why? |
+//! | [`versions`] | do documents state the versions and features of the manifests? |
 
 pub mod calls;
 pub mod cycles;
@@ -32,4 +33,5 @@ mod scopes;
 pub mod stages;
 pub mod tokens;
 pub mod unsafes;
+pub mod versions;
 pub mod workspace;

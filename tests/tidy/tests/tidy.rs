@@ -4,7 +4,9 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{calls, documents, files, layers, licenses, opens, packages, places, promises, stages, unsafes};
+use afterimage_tidy::{
+    calls, documents, files, layers, licenses, opens, packages, places, promises, stages, unsafes, versions,
+};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -19,6 +21,16 @@ fn dependencies_follow_the_layers() {
 #[test]
 fn library_crates_can_be_packaged() {
     assert_none(&packages::violations(&Workspace::this().product().collect::<Vec<_>>()));
+}
+
+#[test]
+fn documents_state_the_versions_of_the_manifests() {
+    assert_none(&versions::violations(&Workspace::this()));
+}
+
+#[test]
+fn features_are_documented() {
+    assert_none(&versions::undocumented_features(&Workspace::this()));
 }
 
 #[test]

@@ -47,17 +47,24 @@ pub(super) fn page(folder: &Path) -> String {
 
 /// Lines with commands to go on with.
 pub(super) fn commands(folder: &Path) -> Vec<String> {
-    let scene = folder.join("scene.exr").display().to_string();
+    let (program, scene) = (program(), folder.join("scene.exr").display().to_string());
+    let look = if cfg!(feature = "view") { format!("view lynx {scene}") } else { "plan lynx".to_owned() };
     vec![
         format!("open `{}` in a browser, then try:", folder.join(FILE).display()),
-        format!("  afterimage view lynx {scene}"),
+        format!("  {program} {look}"),
         format!("  {}", command(folder, "tsushima")),
-        "  afterimage pipelines lynx --write my.ron".to_owned(),
+        format!("  {program} pipelines lynx --write my.ron"),
     ]
 }
 
 fn command(folder: &Path, name: &str) -> String {
-    format!("afterimage render {name} {} -o {name}.png", folder.join("scene.exr").display())
+    format!("{} render {name} {} -o {name}.png", program(), folder.join("scene.exr").display())
+}
+
+/// The program as it was called, which may not be on the `PATH`.
+fn program() -> String {
+    let called = std::env::args().next().filter(|name| !name.contains(char::is_whitespace));
+    called.unwrap_or_else(|| "afterimage".to_owned())
 }
 
 /// Text as it stands in HTML; what is between backticks as code.
