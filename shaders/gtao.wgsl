@@ -63,47 +63,51 @@ fn gtao_horizon(
     return highest;
 }
 
-// The visibility of one slice times its weight, the length of the normal in the slice.
+// The occlusion of one slice, whose `tangent` is across the direction to the camera: the cosine-weighted light of a slice
+// that the surface alone bounds, less that between the horizons. Both are in closed form.
 fn gtao_slice(
     depth: texture_2d<f32>,
     camera: Camera,
     point: GtaoPoint,
-    direction: vec2f,
+    tangent: vec3f,
     shift: f32,
     params: Gtao,
 ) -> f32 {
-    let along = vec3f(direction, 0.0);
-    let toward = point.toward;
-    let side = surface_unit(cross(along, toward));
-    let within = point.normal - side * dot(point.normal, side);
-    let size = length(within);
-    let tangent = along - toward * dot(along, toward);
-    let cosine = clamp(dot(within, toward) / max(size, 1e-6), -1.0, 1.0);
-    let angle = select(-acos(cosine), acos(cosine), dot(tangent, within) >= 0.0);
+    let place = point.place;
+    let facing = vec2f(dot(point.normal, point.toward), dot(point.normal, tangent));
+    let size = length(facing);
+    let angle = select(atan2(facing.y, facing.x), 0.0, size < 1e-6);
     let image = vec2f(textureDimensions(depth));
-    let way = camera_uv_apart(camera, direction * params.radius, -point.place.z) * image;
+    // The slice is a line in the image.
+    let along = tangent.xy - place.xy * (tangent.z / place.z);
+    let way = camera_uv_apart(camera, along * params.radius, -place.z) * image;
     let limited = way * min(1.0, params.max_radius / max(length(way), 1e-6));
-    if length(limited) < 1.0 { return size * (cos(angle) + angle * sin(angle)); }
+    if length(limited) < 1.0 { return 0.0; }
     let half_turn = 0.5 * GTAO_PI;
     let lows = vec2f(cos(angle + half_turn), cos(angle - half_turn));
     let up = acos(clamp(gtao_horizon(depth, camera, point, limited, lows.x, shift, params), -1.0, 1.0));
     let down = -acos(clamp(gtao_horizon(depth, camera, point, -limited, lows.y, shift, params), -1.0, 1.0));
     let high = angle + min(up - angle, half_turn);
     let low = angle + max(down - angle, -half_turn);
-    return size * (gtao_arc(low, angle) + gtao_arc(high, angle));
+    return max(facing.x + angle * facing.y - size * (gtao_arc(low, angle) + gtao_arc(high, angle)), 0.0);
 }
 
 // The visibility from a point: directions and ways differ within four by four texels, which the denoiser makes one.
+// Slices lie evenly around the direction to the camera. The light of a few is not that of the hemisphere, so what they
+// miss of their own is taken from 1. This may be below 0 before the mean.
 fn gtao_visible(depth: texture_2d<f32>, camera: Camera, point: GtaoPoint, texel_at: vec2i, params: Gtao) -> f32 {
     let turn = surface_turn(texel_at);
     let shift = 0.125 + 0.25 * f32((texel_at.y - texel_at.x) & 3);
     let count = min(params.slices, 16);
-    var sum = 0.0;
+    let right = surface_unit(vec3f(point.toward.z, 0.0, -point.toward.x));
+    let up = cross(point.toward, right);
+    var occlusion = 0.0;
     for (var i = 0; i < count; i++) {
         let angle = GTAO_PI * (f32(i) + turn) / f32(count);
-        sum += gtao_slice(depth, camera, point, vec2f(cos(angle), sin(angle)), shift, params);
+        let tangent = cos(angle) * right + sin(angle) * up;
+        occlusion += gtao_slice(depth, camera, point, tangent, shift, params);
     }
-    return clamp(sum / f32(count), 0.0, 1.0);
+    return 1.0 - occlusion / f32(count);
 }
 
 // The visibility and the inverse of the distance at a point.

@@ -10,9 +10,10 @@ static SHADER: Shader = shader!("gtao");
 node_kind! {
     /// Darkens corners and gaps, which less of the light around them reaches: ambient occlusion from depth.
     ///
-    /// For each pixel, slices of the hemisphere over the surface are searched for the highest horizon to both sides;
-    /// the cosine-weighted light between them has a closed form. Slices differ within four by four pixels, and a mean
-    /// on the same surface makes them one. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime Strategies for Accurate
+    /// For each pixel, slices of the hemisphere over the surface, even around the direction to the camera, are searched
+    /// for the highest horizon to both sides; the cosine-weighted light that they hide has a closed form. A bare plane
+    /// hides nothing, wherever and at whatever angle it is seen. Slices differ within four by four pixels, and a mean on
+    /// the same surface makes them one. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime Strategies for Accurate
     /// Indirect Occlusion", 2016; measurements/depth.md compares it with rays. What lies outside of the image, or
     /// behind what is seen, occludes nothing.
     ///

@@ -4,7 +4,8 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, Camera, NodeKind, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_nodes::DemoScene;
-use glam::{Mat4, Quat};
+use glam::camera::rh::proj::directx;
+use glam::{Mat4, Quat, Vec3, vec3};
 
 use super::surface::{eye, scene};
 use crate::support::gpu::{Picture, Run};
@@ -148,7 +149,7 @@ fn normals_of_the_world_are_those_of_the_view_turned() {
     let camera = Camera::still(turn.to_cols_array_2d(), eye().projection);
     let world = Picture::new(40, 30, |x, y| {
         let [a, b, c, _] = data.at(x, y);
-        let turned = turn.inverse().transform_vector3(glam::vec3(a, b, c));
+        let turned = turn.inverse().transform_vector3(vec3(a, b, c));
         [turned.x, turned.y, turned.z, 1.0]
     });
     let in_view = lit(NODE, &camera, &data, &data);
@@ -171,28 +172,67 @@ fn the_sky_and_a_single_pixel_are_open() {
     }
 }
 
-/// A floor to the horizon, 1.6 m below the eye: no part of a plane hides another.
+/// The distances of a plane at `apart` meters whose normal, toward the camera, is this one, and the normals.
+fn plane(camera: &Camera, [width, height]: [u32; 2], normal: Vec3, apart: f32) -> [Picture; 2] {
+    let projection = Mat4::from_cols_array_2d(&camera.projection);
+    let back = projection.inverse();
+    let distance = |x: u32, y: u32| {
+        let [u, v] = [(x, width), (y, height)].map(|(at, side)| (2.0 * at as f32 + 1.0) / side as f32 - 1.0);
+        let [a, b] = [0.5, 0.25].map(|depth| back.project_point3(vec3(u, -v, depth)));
+        let way = (b - a) / (a.z - b.z);
+        let start = a + a.z * way;
+        // Behind the camera, or beside the plane, is the sky.
+        let far = -(apart + start.dot(normal)) / way.dot(normal);
+        if (0.0..60000.0).contains(&far) { far } else { 65504.0 }
+    };
+    let normals = Picture::new(width, height, |_, _| [normal.x, normal.y, normal.z, 0.0]);
+    [Picture::new(width, height, |x, y| [distance(x, y), 0.0, 0.0, 1.0]), normals]
+}
+
+/// No part of a plane hides another: walls that face the camera, tilted ones and floors to the horizon, in narrow, wide
+/// and high pictures, in each of their corners.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_plane_is_open_at_grazing_angles() {
-    let [width, height] = [96, 64];
-    let m = eye().projection;
-    let floor = |y: u32| {
-        let up = 1.0 - 2.0 * (y as f32 + 0.5) / height as f32 + m[2][1];
-        if up < 0.0 { (1.6 * m[1][1] / -up).min(65504.0) } else { 65504.0 }
+fn planes_are_open_wherever_they_are_seen() {
+    let view = Mat4::IDENTITY.to_cols_array_2d();
+    let lens = |field: f32, aspect: f32| {
+        let projection = directx::perspective_infinite_reverse(field.to_radians(), aspect, 0.1);
+        Camera::still(view, projection.to_cols_array_2d())
     };
-    let data = Picture::new(width, height, |_, y| [floor(y), 0.0, 0.0, 1.0]);
-    let upwards = Picture::new(width, height, |_, _| [0.0, 1.0, 0.0, 0.0]);
-    let farthest = data.pixels.iter().map(|pixel| pixel[0]).filter(|z| *z < 60000.0).fold(0.0, f32::max);
-    assert!(farthest > 50.0, "seen at less than two degrees: {farthest} m");
-    for (kind, least) in [("Ssao", 0.999), ("Gtao", 0.95)] {
-        for radius in ["0.6", "3.0"] {
-            let node = NODE.replace("Gtao", kind).replace("3.0", radius);
-            let light = lit(&node, &eye(), &data, &upwards);
-            let darkest = light.pixels.iter().map(|pixel| pixel[0] / 0.5).fold(1.0, f32::min);
-            assert!(darkest > least, "{node}: {darkest}");
+    let parallel = directx::orthographic(-3.0, 3.0, -2.0, 2.0, 0.1, 50.0).to_cols_array_2d();
+    let cameras = [
+        ("37 degrees", lens(37.0, 1.5), [96, 64]),
+        ("58 degrees", lens(58.0, 1.5), [96, 64]),
+        ("90 degrees", lens(90.0, 1.5), [97, 63]),
+        ("90 degrees, portrait", lens(90.0, 0.5), [48, 96]),
+        ("a shifted lens", eye(), [96, 64]),
+        ("parallel", Camera::still(view, parallel), [96, 64]),
+    ];
+    let planes = [
+        ("a wall", Vec3::Z, 3.0),
+        ("a tilted wall", vec3(0.5, -0.3, 0.8), 3.0),
+        ("a side", vec3(1.0, 0.0, 0.05), 2.0),
+        ("a floor", Vec3::Y, 1.6),
+        ("a slope", vec3(0.1, 1.0, 0.2), 1.6),
+    ];
+    let mut farthest = 0.0_f32;
+    for ((lens, camera, size), (name, normal, apart)) in cameras.iter().flat_map(|a| planes.iter().map(move |b| (a, b)))
+    {
+        let [data, normals] = plane(camera, *size, normal.normalize(), *apart);
+        let seen = data.pixels.iter().map(|pixel| pixel[0]).filter(|far| *far < 60000.0);
+        farthest = seen.fold(farthest, f32::max);
+        for (kind, options) in [("Ssao", ""), ("Gtao", ""), ("Gtao", "slices: 1, denoise: 0,"), ("Gtao", "size: Half,")]
+        {
+            for (radius, given) in [("0.6", ", normal: \"normal\""), ("3.0", ", normal: \"normal\""), ("3.0", "")] {
+                let node = NODE.replace("Gtao", kind).replace("3.0, normal: \"normal\"", &format!("{radius}{given}"));
+                let node = node.replace("radius", &format!("{options} radius"));
+                let light = lit(&node, camera, &data, &normals);
+                let darkest = light.pixels.iter().map(|pixel| pixel[0] / 0.5).fold(1.0, f32::min);
+                assert!(darkest > 0.999, "{name}, {lens}, {node}: {darkest}");
+            }
         }
     }
+    assert!(farthest > 50.0, "seen at less than two degrees: {farthest} m");
 }
 
 /// What is far away, infinite, or not finite: the places are garbage, the numbers are not.

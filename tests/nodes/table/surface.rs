@@ -131,6 +131,6 @@ fn search(depth: &Image) -> Gtao {
 pub(super) fn shown(source: &Image, found: &Image, lit: impl Fn([f64; 4], f64, [i64; 2]) -> [f64; 4]) -> Image {
     Image::new(source.width, source.height, |x, y| {
         let at = [x as i64, y as i64];
-        lit(source.texel(at[0], at[1]), found.texel(at[0], at[1])[0], at)
+        lit(source.texel(at[0], at[1]), found.texel(at[0], at[1])[0].max(0.0), at)
     })
 }

@@ -60,23 +60,21 @@ fn arc(horizon: f32, normal: f32) -> f32 {
     return 0.25 * (cos(normal) - cos(2.0 * horizon - normal) + 2.0 * horizon * sin(normal));
 }
 
-fn slice(p: vec2i, origin: vec3f, eye: vec3f, normal: vec3f, direction: vec2f, shift: f32) -> f32 {
-    let along = vec3f(direction, 0.0);
-    let axis = normalize(cross(along, eye));
-    let within = normal - axis * dot(normal, axis);
-    let size = length(within);
-    let tangent = along - eye * dot(along, eye);
-    let tilt = acos(clamp(dot(within, eye) / max(size, 1e-6), -1.0, 1.0));
-    let angle = select(-tilt, tilt, dot(tangent, within) >= 0.0);
-    var way = direction * settings.pixels * settings.radius / -origin.z;
+// The light that a slice misses, of what its surface alone would leave.
+fn slice(p: vec2i, origin: vec3f, eye: vec3f, normal: vec3f, tangent: vec3f, shift: f32) -> f32 {
+    let a = dot(normal, eye);
+    let b = dot(normal, tangent);
+    let size = length(vec2f(a, b));
+    let angle = select(atan2(b, a), 0.0, size < 1e-6);
+    var way = (tangent.xy - origin.xy * (tangent.z / origin.z)) * settings.pixels * settings.radius / -origin.z;
     way *= min(1.0, settings.longest / max(length(way), 1e-6));
-    if length(way) < 1.0 { return size * (cos(angle) + angle * sin(angle)); }
+    if length(way) < 1.0 { return 0.0; }
     let lowest = vec2f(-sin(angle), sin(angle));
     let first = acos(clamp(horizon(p, origin, eye, normal, way, lowest.x, shift), -1.0, 1.0));
     let second = -acos(clamp(horizon(p, origin, eye, normal, -way, lowest.y, shift), -1.0, 1.0));
     let high = angle + min(first - angle, 0.5 * PI);
     let low = angle + max(second - angle, -0.5 * PI);
-    return size * (arc(low, angle) + arc(high, angle));
+    return max(a + angle * b - size * (arc(low, angle) + arc(high, angle)), 0.0);
 }
 
 @compute @workgroup_size(16, 16)
@@ -93,12 +91,14 @@ fn search(@builtin(global_invocation_id) id: vec3u) {
     let normal = normalize(textureLoad(normals, p, 0).xyz);
     let turn = f32(((p.x + p.y) & 3) * 4 + (p.x & 3)) / 16.0;
     let shift = 0.125 + 0.25 * f32((p.y - p.x) & 3);
+    let right = normalize(vec3f(eye.z, 0.0, -eye.x));
+    let up = cross(eye, right);
     var sum = 0.0;
     for (var i = 0.0; i < settings.slices; i += 1.0) {
         let angle = PI * (i + turn) / settings.slices;
-        sum += slice(p, origin, eye, normal, vec2f(cos(angle), sin(angle)), shift);
+        sum += slice(p, origin, eye, normal, cos(angle) * right + sin(angle) * up, shift);
     }
-    textureStore(visibility, p, vec4f(clamp(sum / settings.slices, 0.0, 1.0), inverse, 0.0, 1.0));
+    textureStore(visibility, p, vec4f(1.0 - sum / settings.slices, inverse, 0.0, 1.0));
 }
 
 // A mean over four texels of an axis. Neighbors count by how near they lie to the plane through the pixel: the inverse
