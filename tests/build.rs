@@ -8,7 +8,9 @@ const SWIFTSHADER: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(no_gpu)");
     println!("cargo::rustc-check-cfg=cfg(no_swiftshader)");
+    println!("cargo::rustc-check-cfg=cfg(no_ffmpeg)");
     println!("cargo::rerun-if-env-changed=AFTERIMAGE_NO_GPU");
+    println!("cargo::rerun-if-env-changed=PATH");
     println!("cargo::rerun-if-changed={SWIFTSHADER}");
     if std::env::var("AFTERIMAGE_NO_GPU").is_ok_and(|value| value == "1") {
         println!("cargo::rustc-cfg=no_gpu");
@@ -17,5 +19,10 @@ fn main() {
         println!("cargo::rustc-env=SWIFTSHADER={SWIFTSHADER}");
     } else {
         println!("cargo::rustc-cfg=no_swiftshader");
+    }
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let is_there = |program: &str| std::env::split_paths(&path).any(|folder| folder.join(program).is_file());
+    if !is_there("ffmpeg") || !is_there("ffprobe") {
+        println!("cargo::rustc-cfg=no_ffmpeg");
     }
 }

@@ -27,6 +27,7 @@ mod pictures;
 mod plans;
 mod quantize;
 mod readings;
+mod recipes;
 mod scaffold;
 mod sequences;
 mod spaces;

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Lets OpenEXR, OpenImageIO, libpng, libjpeg-turbo, exiftool and LittleCMS read files of every format and label, those
-# of the library and those of the program; tifffile judges TIFFs, OpenColorIO the tables of `lut`, and ffprobe and PyAV
-# films. Installs the packages of tests/oracles/requirements.txt into a virtual environment: target/oracles/venv. CI does
+# of the library and those of the program; tifffile judges TIFFs, OpenColorIO the tables of `lut`, libultrahdr gain maps,
+# and ffprobe and PyAV films. Installs the packages of tests/oracles/requirements.txt into a virtual environment: target/oracles/venv. CI does
 # not run this. It needs Python 3 with venv and ffmpeg, and reads with exiftool where that is installed: apt-get install
 # -y python3-venv ffmpeg libimage-exiftool-perl
 set -e
@@ -17,4 +17,5 @@ program="$(cd "${CARGO_TARGET_DIR:-target}" && pwd)/debug/afterimage"
 "$out/venv/bin/python" tests/oracles/luts.py "$program" "$out/luts"
 "$out/venv/bin/python" tests/oracles/tiffs.py "$program" "$out/tiffs"
 "$out/venv/bin/python" tests/oracles/films.py "$program" "$out/films"
+"$out/venv/bin/python" tests/oracles/gain_maps.py "$program" "$out/gain_maps" pipelines/scenes/*.exr
 exec "$out/venv/bin/python" tests/oracles/written.py "$program" "$out/written"

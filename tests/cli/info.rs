@@ -25,6 +25,23 @@ fn a_file_says_what_it_holds_and_what_states_its_colors() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[cfg_attr(no_ffmpeg, ignore = "ffmpeg is not on the PATH")]
+fn a_film_says_what_it_holds() {
+    let folder = Folder::new("info-film");
+    (1..=4).for_each(|frame| save(&folder.file(&format!("shot.{frame}.exr")), &room(64, 36)));
+    folder.run("render exposure shot.#.exr -o in.mov --fps 25").good();
+    let text = folder.run("info in.mov").good();
+    let expected = "in.mov: film\n  64x36, R G B (10 bits), prores, 4 frames in 0.160 s\n  read: R, G, B\n  \
+                    color: Srgb, Rec709, by `color_primaries`\n";
+    assert_eq!(text, expected);
+    let text = folder.run("info in.mov shot.1.exr --json").good();
+    let list: Vec<Value> = serde_json::from_str(&text).expect("it is JSON");
+    assert_eq!((&list[0]["frames"], &list[0]["seconds"]), (&4.into(), &0.16.into()));
+    assert!(list[1]["frames"].is_null());
+}
+
+#[test]
 fn the_range_of_each_channel_is_told_on_request() {
     let folder = Folder::new("info-pixels");
     let mut picture = room(6, 4);

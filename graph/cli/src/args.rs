@@ -64,7 +64,7 @@ pub(crate) enum Command {
     Meter(MeterArgs),
     /// Print a render as a template of Open Job Description (2023-09), for a render farm
     Job(JobArgs),
-    /// Say what image files hold, from their headers: parts, channels, sizes, colors and what states them
+    /// Say what images and films hold, from their headers: parts, channels, sizes, colors and what states them
     Info(InfoArgs),
     /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
@@ -105,7 +105,7 @@ pub(crate) struct PipelinesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// EXR, Radiance HDR, PNG, JPEG or TIFF files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    /// EXR, Radiance HDR, PNG, JPEG or TIFF files, or films; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
     /// Read the pixels, too, and print the range of each channel and how many numbers are NaN or infinite
@@ -226,6 +226,10 @@ pub(crate) struct RenderArgs {
     /// Whether a PNG has alpha
     #[arg(help_heading = OUTPUT_FILES, long, value_enum, default_value_t = AlphaChoice::Auto)]
     pub(crate) alpha: AlphaChoice,
+    /// The HDR output that a JPEG also has, as a gain map (ISO 21496-1, Ultra HDR) for displays that show it:
+    /// `-o photo.jpg --gain-map hdr`
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "NAME", conflicts_with = "crop")]
+    pub(crate) gain_map: Option<String>,
     /// Quality of a JPEG, 1 to 100; 92 by default
     #[arg(help_heading = OUTPUT_FILES, long, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,

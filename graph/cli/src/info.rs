@@ -1,6 +1,7 @@
 //! `afterimage info`: what files state about their pictures, from their headers, and the range of their numbers.
 
 use afterimage_graph::color::Colorimetry;
+use afterimage_media::film::{Film, is_film};
 use afterimage_media::{
     ChannelDescription, ChannelStatistics, Description, PartDescription, Source, Window, read_description,
     read_statistics, sequence,
@@ -22,9 +23,13 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
         sources.extend(sequence::Input::find(file, None)?.sources().into_iter().map(|(_, source)| source));
         tell_other_numbers(file);
     }
-    let (mut objects, mut failed) = (Vec::new(), 0);
+    let (mut objects, mut status) = (Vec::new(), 0);
     for source in &sources {
-        let described = read_description(source).and_then(|description| {
+        let described = match is_film(&source.path) {
+            true => Film::open(&source.path).map(|film| film.description()),
+            false => read_description(source),
+        };
+        let described = described.and_then(|description| {
             let read = || read_statistics(source, &description, args.images.budget());
             let numbers = if args.pixels { read()? } else { Vec::new() };
             Ok((description, numbers))
@@ -33,25 +38,26 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
             Ok((description, numbers)) if args.json => objects.push(as_json(source, &description, &numbers)),
             Ok((description, numbers)) => lines(source, &description, &numbers).iter().for_each(|line| say(line)),
             Err(error) => {
-                failed += 1;
-                Failure::from(error).print();
+                let failure = Failure::from(error);
+                failure.print();
+                status = status.max(failure.status());
             }
         }
     }
     if args.json {
         say_text(&format!("{:#}", Value::from(objects)));
     }
-    if failed > 0 { Err(Failure::Printed { status: 1 }) } else { Ok(()) }
+    if status > 0 { Err(Failure::Printed { status }) } else { Ok(()) }
 }
 
 /// One line for the file, one for each part, and one for each note.
 fn lines(source: &Source, description: &Description, numbers: &Numbers) -> Vec<String> {
-    let Description { format, parts, picture, color, stated_by, notes } = description;
+    let Description { format, parts, picture, color, stated_by, notes, film } = description;
     let mut lines = vec![format!("{}: {format}", source.path.display())];
     for (index, part) in parts.iter().enumerate() {
         let name = part.name.as_ref().map_or(String::new(), |name| format!(" `{name}`"));
         let number = if parts.len() > 1 { format!("part {index}{name}: ") } else { String::new() };
-        lines.push(format!("  {number}{}", part_text(part)));
+        lines.push(format!("  {number}{}", part_text(part, *film)));
         let numbers = numbers.get(index).into_iter().flatten();
         lines.extend(part.channels.iter().zip(numbers).map(|(channel, of)| numbers_text(&channel.name, of)));
     }
@@ -88,7 +94,7 @@ fn number(value: f64) -> String {
     }
 }
 
-fn part_text(part: &PartDescription) -> String {
+fn part_text(part: &PartDescription, film: Option<(usize, f64)>) -> String {
     let PartDescription { display, data, channels, compression, tiles, .. } = part;
     let mut words = vec![format!("{}x{}", display.width, display.height)];
     if data != display {
@@ -97,7 +103,11 @@ fn part_text(part: &PartDescription) -> String {
     }
     words.push(channels_text(channels));
     words.push(compression.clone());
-    words.push(tiles.map_or("rows".to_owned(), |[width, height]| format!("tiles of {width}x{height}")));
+    words.push(match (film, tiles) {
+        (Some((frames, seconds)), _) => format!("{frames} frames in {seconds:.3} s"),
+        (None, Some([width, height])) => format!("tiles of {width}x{height}"),
+        (None, None) => "rows".to_owned(),
+    });
     words.join(", ")
 }
 
@@ -125,7 +135,7 @@ fn color_text(color: &Colorimetry) -> String {
 }
 
 fn as_json(source: &Source, description: &Description, numbers: &Numbers) -> Value {
-    let Description { format, parts, picture, color, stated_by, notes } = description;
+    let Description { format, parts, picture, color, stated_by, notes, film } = description;
     let window = |window: &Window| json!([window.x, window.y, window.width, window.height]);
     let channel = |channel: &ChannelDescription, numbers: Option<&ChannelStatistics>| {
         let mut object = json!({ "name": channel.name, "samples": channel.samples });
@@ -160,8 +170,10 @@ fn as_json(source: &Source, description: &Description, numbers: &Numbers) -> Val
         "color": color,
         "file": source.path.display().to_string(),
         "format": format,
+        "frames": film.map(|(frames, _)| frames),
         "notes": notes,
         "parts": parts.iter().enumerate().map(part).collect::<Value>(),
+        "seconds": film.map(|(_, seconds)| seconds),
         "picture": picture.as_ref().map(|picture| json!({ "channels": picture.channels, "part": picture.part })),
         "stated_by": stated_by,
     })

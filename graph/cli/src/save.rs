@@ -7,8 +7,8 @@ use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::ColorState;
 use afterimage_media::{
-    Encoding, Image, ImageFile, ImageFormat, Metadata, ReadOptions, Source, left_out, write_beside, write_image,
-    write_standard_output,
+    Encoding, Image, ImageFile, ImageFormat, Metadata, ReadOptions, Samples, Source, left_out, write_beside,
+    write_image, write_standard_output,
 };
 use afterimage_plan::PlanOutput;
 
@@ -59,6 +59,8 @@ pub(crate) struct ImageInfo {
     pub(crate) frame: u32,
     /// The file whose layers an EXR preserves.
     pub(crate) original: Option<Original>,
+    /// The image to which the gain map of a JPEG leads.
+    pub(crate) hdr: Option<(Texels, Colorimetry)>,
 }
 
 /// A file that was read.
@@ -70,7 +72,7 @@ pub(crate) struct Original {
 impl ImageInfo {
     /// A single image of an output.
     pub(crate) fn of(output: &PlanOutput) -> Self {
-        Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0, original: None }
+        Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0, original: None, hdr: None }
     }
 
     /// The attributes that hold for the image: the luminance that the input states is that of its own color.
@@ -94,8 +96,8 @@ pub(crate) fn save(
     let (encoding, meta) = (options.encoding(stated), stated.attributes());
     let has_layers = encoding.format == ImageFormat::Exr && is_color(stated.state);
     let size = (texels.desc.size.width, texels.desc.size.height);
-    let notes = with_samples(texels, |samples| {
-        let image = Image { size, samples, meta: meta.as_ref() };
+    let write = |samples: Samples<'_>, hdr: Option<(Samples<'_>, Colorimetry)>| {
+        let image = Image { size, samples, meta: meta.as_ref(), hdr };
         if path == Path::new(STANDARD) {
             let mut notes = write_standard_output(image, &encoding)?;
             if let Some(Original { source, .. }) = stated.original.as_ref().filter(|_| has_layers) {
@@ -107,6 +109,10 @@ pub(crate) fn save(
             Some(Original { source, reading }) => write_beside(path, image, &encoding, source, reading),
             None => write_image(path, image, &encoding),
         }
+    };
+    let notes = with_samples(texels, |samples| match &stated.hdr {
+        Some((texels, color)) => with_samples(texels, |hdr| write(samples, Some((hdr, *color)))),
+        None => write(samples, None),
     });
     Ok(notes?)
 }

@@ -10,6 +10,7 @@ mod exr_layouts;
 mod exr_read;
 mod exr_write;
 mod formats;
+mod gain_maps;
 mod hostile;
 mod labels;
 mod layers;

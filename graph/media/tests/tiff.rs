@@ -64,7 +64,7 @@ fn floats_keep_their_bits_and_rows_make_the_same_file() {
     let part = &described.parts[0];
     assert_eq!((described.format, part.channels[0].samples, &*part.compression), ("TIFF", "float", "deflate"));
     let opaque = Encoding { alpha: Alpha::WhereNeeded, bits: 16, ..TIFF };
-    let image = Image { size: (1, 1), samples: Samples::Float(&[0.5, 0.5, 0.5, 1.0]), meta: None };
+    let image = Image { size: (1, 1), samples: Samples::Float(&[0.5, 0.5, 0.5, 1.0]), meta: None, hdr: None };
     folder.with("rgb.tif", &encode(image, &opaque).unwrap());
     assert_eq!(read_description(&Source::file(folder.file("rgb.tif"))).unwrap().parts[0].channels.len(), 3);
 }

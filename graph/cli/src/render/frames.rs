@@ -143,12 +143,13 @@ impl Frames<'_> {
             can_be_repeated.then(|| CachedPictures { inputs: inputs.clone(), pictures, images: images.clone() });
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
-            let (output, texels) = read_output(session, file)?;
+            let (output, texels) = read_output(session, &file.output)?;
+            let hdr = file.gain_map.as_ref().map(|name| read_output(session, name)).transpose()?;
             let texels = match self.request.args.crop {
                 Some(_) => bands::part(self.request, texels)?,
                 None => texels,
             };
-            Ok(Rendered { texels: Some(texels), output, meta: meta.clone(), index, target })
+            Ok(Rendered { texels: Some(texels), hdr, output, meta: meta.clone(), index, target })
         });
         let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
         let taken = start.elapsed();
@@ -200,6 +201,10 @@ impl Frames<'_> {
         start: Instant,
     ) -> Result<Vec<Rendered>, Failure> {
         let job = &self.request.jobs[index];
+        if self.request.targets.iter().any(|target| target.gain_map.is_some()) {
+            return Err(Failure::machine("a picture that is larger than the device has no gain map")
+                .hint("leave `--gain-map` out, or allow more memory: `--memory`"));
+        }
         self.report.plan = Some(plan.hash().to_string());
         let bands::RenderedBands { outputs, repairs, exposure, read, write } =
             bands::render(self.request, self.session, plan, job, pictures, &self.meters)?;
@@ -211,8 +216,10 @@ impl Frames<'_> {
         self.report(index, exposure, names.zip(repairs).collect(), taken);
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         let rendered = outputs.into_iter().enumerate();
-        let rendered =
-            rendered.map(|(target, (output, texels))| Rendered { texels, output, meta: meta.clone(), index, target });
+        let rendered = rendered.map(|(target, (output, texels))| {
+            let meta = meta.clone();
+            Rendered { texels, hdr: None, output, meta, index, target }
+        });
         Ok(rendered.collect())
     }
 
@@ -369,9 +376,9 @@ pub(super) fn size(request: &Request<'_>, images: impl Iterator<Item = ImageDesc
     frame_size(images).unwrap_or(Size::new(width, height))
 }
 
-/// The output of a file, and its texels.
-fn read_output(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
-    let output = session.plan().output(Some(&target.output)).expect("the graph has this output").clone();
+/// The output of that name, and its texels.
+fn read_output(session: &mut Session, name: &str) -> Result<(PlanOutput, Texels), Failure> {
+    let output = session.plan().output(Some(name)).expect("the graph has this output").clone();
     let texels = session.output(&output.name)?;
     Ok((output, texels))
 }

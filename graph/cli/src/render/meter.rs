@@ -91,6 +91,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         no_dither: false,
         captured: None,
         alpha: AlphaChoice::Auto,
+        gain_map: None,
         quality: None,
         timings: false,
         watch: false,

@@ -207,11 +207,15 @@ impl<'a> Request<'a> {
     /// The graph as it is rendered for the files: with their outputs only, and without the quantization that the writer
     /// does.
     pub(super) fn prepare(&mut self, mut graph: Graph) -> Graph {
-        graph.outputs.retain(|output| self.targets.iter().any(|target| target.output == output.name));
+        let takes = |target: &Target, name: &str| target.output == name || target.gain_map.as_deref() == Some(name);
+        graph.outputs.retain(|output| self.targets.iter().any(|target| takes(target, &output.name)));
         let mut files = Vec::new();
-        for Target { output, saving, .. } in self.targets.iter().filter(|target| target.saving.encoding.has_codes()) {
-            let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
-            files.extend(source.map(|source| EncodedFile { source, bits: saving.encoding.bits }));
+        for target in self.targets.iter().filter(|target| target.saving.encoding.has_codes()) {
+            let of_map = target.gain_map.iter().map(|name| (name, 16));
+            for (output, bits) in [(&target.output, target.saving.encoding.bits)].into_iter().chain(of_map) {
+                let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
+                files.extend(source.map(|source| EncodedFile { source, bits }));
+            }
         }
         if self.args.captured.is_some() {
             return with_codes(graph, &files);

@@ -24,6 +24,8 @@ pub(super) struct Target {
     pub(super) saving: SaveOptions,
     /// The film that the file is, if it is one.
     pub(super) film: Option<FilmTarget>,
+    /// The HDR output to which the gain map of a JPEG leads.
+    pub(super) gain_map: Option<String>,
 }
 
 /// The encoding of a film.
@@ -62,6 +64,10 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
         all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect::<Result<_, _>>()?;
     if args.video.is_some() && !targets.iter().any(|target| target.film.is_some()) {
         return Err(Failure::user("`--video` is for films, and none is written").hint("name one: `-o out.mov`"));
+    }
+    if args.gain_map.is_some() && !targets.iter().any(|target| target.gain_map.is_some()) {
+        let error = Failure::user("`--gain-map` is for JPEG files, and none is written");
+        return Err(error.hint("name one: `-o photo.jpg`"));
     }
     if args.openjd && targets.iter().any(Target::is_standard_output) {
         return Err(Failure::user("`--openjd` prints to standard output, and so does `-o -`").hint("name a file"));
@@ -129,7 +135,19 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
         primaries: space.map(|space| space.primaries),
         ..saving.encoding
     };
-    Ok(Target { output: output.name.clone(), file, saving, film: None })
+    let gain_map = args.gain_map.as_ref().filter(|_| format == ImageFormat::Jpeg);
+    let gain_map = gain_map.map(|name| hdr_output(graph, name)).transpose()?;
+    Ok(Target { output: output.name.clone(), file, saving, film: None, gain_map })
+}
+
+/// The output of a gain map.
+fn hdr_output(graph: &Graph, name: &str) -> Result<String, Failure> {
+    let output = choose_output(graph, Some(name), true)?;
+    match graph.colors().at(output.source).map(|color| color.colorimetry.transfer) {
+        Some(Transfer::Pq) => Ok(name.to_owned()),
+        _ => Err(Failure::user(format!("output `{name}` is not PQ, and a gain map leads to an HDR image"))
+            .hint("the built-in pipeline `hdr` has one of each: `-o photo.jpg --gain-map hdr`")),
+    }
 }
 
 /// The format of standard output: PNG for an encoded output, EXR for another one.
@@ -170,7 +188,7 @@ fn film(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) ->
     let mut saving = SaveOptions::plain(ImageFormat::Png);
     saving.encoding = Encoding { bits: 16, dither: None, alpha: Alpha::Drop, ..saving.encoding };
     let film = Some(FilmTarget { preset, more: words.collect() });
-    Ok(Target { output: output.name.clone(), file, saving, film })
+    Ok(Target { output: output.name.clone(), file, saving, film, gain_map: None })
 }
 
 fn no_light(output: &GraphOutput) -> Failure {

@@ -27,6 +27,8 @@ use crate::terminal::note;
 pub(super) struct Rendered {
     /// `None` if its file is written already.
     pub(super) texels: Option<Texels>,
+    /// The image to which its gain map leads, if it has one.
+    pub(super) hdr: Option<(PlanOutput, Texels)>,
     pub(super) output: PlanOutput,
     pub(super) meta: Option<Metadata>,
     /// Of its job.
@@ -94,7 +96,8 @@ pub(super) fn write_all(
         let path = &request.jobs[rendered.index].out[rendered.target];
         let frame = request.jobs[rendered.index].frame.unwrap_or(0);
         let original = original(request, &request.jobs[rendered.index]);
-        let stated = ImageInfo { meta: rendered.meta, frame, original, ..ImageInfo::of(&rendered.output) };
+        let hdr = rendered.hdr.map(|(output, texels)| (texels, output.colorimetry));
+        let stated = ImageInfo { meta: rendered.meta, frame, original, hdr, ..ImageInfo::of(&rendered.output) };
         let saving = &request.targets[rendered.target].saving;
         let saved = match (&request.targets[rendered.target].film, rendered.texels) {
             (_, None) => Ok(Vec::new()),

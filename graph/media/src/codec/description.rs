@@ -19,6 +19,8 @@ pub struct Description {
     pub stated_by: Option<&'static str>,
     /// Sentences about what reading leaves out or changes.
     pub notes: Vec<String>,
+    /// The frames of a film, and their seconds.
+    pub film: Option<(usize, f64)>,
 }
 
 impl Description {
@@ -41,7 +43,7 @@ impl Description {
             tiles: None,
         };
         let picture = Some(PictureChannels { part: 0, channels });
-        Self { format, parts: vec![part], picture, color: None, stated_by: None, notes: Vec::new() }
+        Self { format, parts: vec![part], picture, color: None, stated_by: None, notes: Vec::new(), film: None }
     }
 }
 

@@ -103,18 +103,20 @@ pub struct Image<'a> {
     pub samples: Samples<'a>,
     /// Attributes for an EXR file.
     pub meta: Option<&'a Metadata>,
+    /// For a JPEG of an SDR image: the HDR image of the same size to which its gain map leads, encoded as PQ.
+    pub hdr: Option<(Samples<'a>, Colorimetry)>,
 }
 
 impl<'a> From<((u32, u32), Samples<'a>)> for Image<'a> {
     fn from((size, samples): ((u32, u32), Samples<'a>)) -> Self {
-        Self { size, samples, meta: None }
+        Self { size, samples, meta: None, hdr: None }
     }
 }
 
 impl<'a> From<&'a Picture> for Image<'a> {
     fn from(picture: &'a Picture) -> Self {
         let size = (picture.width, picture.height);
-        Self { size, samples: Samples::from(&picture.pixels), meta: Some(&picture.meta) }
+        Self { size, samples: Samples::from(&picture.pixels), meta: Some(&picture.meta), hdr: None }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::codec::encoding::{Buffer, Encoding, Image, RowWriter, Sink};
 use crate::codec::exr::ExrRows;
-use crate::codec::jpeg::JpegRows;
+use crate::codec::jpeg::{JpegRows, gain_map};
 use crate::codec::limits::check_size;
 use crate::codec::png::{self, PngRows};
 use crate::codec::tiff::{self, TiffRows};
@@ -61,8 +61,17 @@ pub fn encode<'a>(image: impl Into<Image<'a>>, encoding: &Encoding) -> Result<Ve
 
 /// The file, and sentences about what is left out.
 pub(crate) fn encode_with_notes(image: Image<'_>, encoding: &Encoding) -> Result<(Vec<u8>, Vec<String>), CodecError> {
-    let Image { size, samples, meta } = image;
+    let Image { size, samples, meta, hdr } = image;
     check_depth(encoding)?;
+    if let Some(hdr) = hdr {
+        return match encoding.format {
+            ImageFormat::Jpeg => {
+                let (file, notes) = gain_map::encode(image, hdr, encoding)?;
+                Ok((file, meta.and_then(Metadata::other_aspect).into_iter().chain(notes).collect()))
+            }
+            _ => Err(CodecError::new(ErrorKind::Unsupported, "gain maps are written to JPEG files only")),
+        };
+    }
     check_size((size.0.into(), size.1.into()), u64::from(encoding.bits / 8))?;
     let file = Buffer::default();
     let to = Box::new(file.clone());

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use afterimage_base::color::{Chromaticities, Decimal, Transfer};
+use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
 use super::ffmpeg::probe;
 use super::signals::{Layout, Weights};
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
-use crate::codec::{CodecError, ErrorKind};
+use crate::codec::{CodecError, Description, ErrorKind};
 use crate::files::{FileError, Source};
 
 /// A film, described by its headers.
@@ -22,6 +22,9 @@ pub struct Film {
     pub times: Timeline,
     /// Bits of its samples.
     pub bits: u32,
+    codec: String,
+    /// True if it states all of its colors.
+    states_color: bool,
     /// The width of a pixel to its height, as `ffmpeg` writes it.
     pub(super) aspect: Option<String>,
     pub(super) layout: Layout,
@@ -68,8 +71,8 @@ impl Film {
     pub fn open(path: &Path) -> Result<Self, FileError> {
         Source::file(path).open()?;
         let at = |error: CodecError| FileError::at(path, error);
-        let entries = "stream=width,height,pix_fmt,time_base,color_range,color_space,color_transfer,color_primaries,\
-                       field_order,sample_aspect_ratio:stream_side_data=rotation:format=start_time";
+        let entries = "stream=codec_name,width,height,pix_fmt,time_base,color_range,color_space,color_transfer,\
+                       color_primaries,field_order,sample_aspect_ratio:stream_side_data=rotation:format=start_time";
         let text =
             probe(path, &["-select_streams", "v:0", "-show_entries", entries, "-of", "default=noprint_wrappers=1"])?;
         let stated = Stated::of(&text);
@@ -82,7 +85,9 @@ impl Film {
         let mut notes = Vec::new();
         let layout = stated.layout().map_err(at)?;
         let weights = stated.weights(height, layout, &mut notes).map_err(at)?;
+        let assumed = notes.len();
         let color = stated.color(&mut notes).map_err(at)?;
+        let states_color = notes.len() == assumed;
         if ["yuva", "rgba", "bgra", "argb", "abgr", "gbrap", "ya"]
             .iter()
             .any(|alpha| stated.get("pix_fmt").contains(alpha))
@@ -94,7 +99,27 @@ impl Film {
         let size = if turned { (height, width) } else { (width, height) };
         let aspect = Some(stated.get("sample_aspect_ratio")).filter(|aspect| !matches!(*aspect, "" | "N/A" | "0:1"));
         let (bits, aspect) = (layout.bits, aspect.map(|aspect| aspect.replace(':', "/")));
-        Ok(Self { path: path.into(), size, times, bits, aspect, layout, weights, color, notes })
+        let (path, codec) = (path.into(), stated.get("codec_name").to_owned());
+        Ok(Self { path, size, times, bits, codec, states_color, aspect, layout, weights, color, notes })
+    }
+
+    /// What its headers say, in the form of images.
+    pub fn description(&self) -> Description {
+        let samples = match self.bits {
+            8 => "8 bits",
+            10 => "10 bits",
+            12 => "12 bits",
+            _ => "16 bits",
+        };
+        let (primaries, transfer) = self.color;
+        let seconds = self.times.frame_seconds() * self.times.frames() as f64;
+        Description {
+            color: Some(Colorimetry::new(primaries, transfer)),
+            stated_by: self.states_color.then_some("color_primaries"),
+            notes: self.notes.clone(),
+            film: Some((self.times.frames(), seconds)),
+            ..Description::of_picture("film", self.size, &["R", "G", "B"], samples, &self.codec)
+        }
     }
 }
 

@@ -20,8 +20,15 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
     let Opened { headers, .. } = open(reader)?;
     let headers = headers.as_slice();
     let parts = headers.iter().map(part).collect();
-    let mut description =
-        Description { format: "EXR", parts, picture: None, color: None, stated_by: None, notes: Vec::new() };
+    let mut description = Description {
+        format: "EXR",
+        parts,
+        picture: None,
+        color: None,
+        stated_by: None,
+        notes: Vec::new(),
+        film: None,
+    };
     let choice = match choose(headers, layer) {
         Ok(choice) => choice,
         Err(error) if layer.is_some() => return Err(error),

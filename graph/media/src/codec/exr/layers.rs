@@ -38,7 +38,7 @@ pub(crate) fn encode_beside(
     layer: Option<&str>,
     reading: &ReadOptions,
 ) -> Result<(Vec<u8>, Vec<String>), CodecError> {
-    let Image { size, samples, meta } = image;
+    let Image { size, samples, meta, .. } = image;
     check_size((size.0.into(), size.1.into()), u64::from(encoding.bits / 8))?;
     let default = Metadata::of_size(size.0, size.1);
     let meta = meta.unwrap_or(&default);

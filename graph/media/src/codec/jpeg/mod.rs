@@ -1,5 +1,6 @@
 //! JPEG files: read by the steps `segments`, `scan` and `samples`, and written.
 
+pub(crate) mod gain_map;
 mod huffman;
 mod read;
 mod samples;

@@ -70,7 +70,7 @@ pub(crate) fn writer_of_image(
     image: Image<'_>,
     encoding: &Encoding,
 ) -> Result<(Box<dyn RowWriter>, Vec<String>), CodecError> {
-    let Image { size, samples, meta } = image;
+    let Image { size, samples, meta, .. } = image;
     let notes = cut_light(samples, encoding).into_iter().chain(meta.and_then(Metadata::other_aspect)).collect();
     let alpha = if keeps_alpha(samples, encoding) { Alpha::Keep } else { Alpha::Drop };
     let encoding = Encoding { alpha, ..*encoding };

@@ -196,7 +196,7 @@ fn predicted(strip: &[u8], row: usize, channels: usize, bits: u32) -> Vec<u8> {
 /// The writer of an image in memory, whose pixels determine alpha, and notes about what is left out.
 pub(crate) fn writer_of_image(
     to: Box<dyn Sink>,
-    Image { size, samples, meta }: Image<'_>,
+    Image { size, samples, meta, .. }: Image<'_>,
     encoding: &Encoding,
 ) -> Result<(Box<dyn RowWriter>, Vec<String>), CodecError> {
     let is_there = || samples.any(|[_, _, _, alpha]| alpha != 1.0);
