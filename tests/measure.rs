@@ -131,7 +131,7 @@ fn every_variant_is_compared_with_the_reference() {
         assert!(number(cheap, name) > 4.0 * number(written, name), "{name}");
     }
     assert!(number(cheap, "psnr") < number(written, "psnr") - 6.0 && number(cheap, "ssim") < number(written, "ssim"));
-    assert!(number(cheap, "jod") < number(written, "jod") - 0.1 && number(written, "jod") < 10.0);
+    assert!(number(cheap, "jod") < 9.0 && number(written, "jod") > 9.99, "half floats are not seen");
     assert!(number(reference, "bytes") > number(written, "bytes"));
     assert!(written["flicker_p999"].is_null(), "a single frame cannot flicker");
 }

@@ -24,8 +24,8 @@ p99.9: the error that one pixel in a thousand exceeds, in codes
 PSNR: in decibels
 SSIM: structural similarity, 1 is equal
 FLIP: the visible difference of alternating images, 0 to 1
-JOD: what is seen of the whole sequence at `--fps` on the display, by ColorVideoVDP: 10 is no difference, and at 9 three \
-of four people prefer the reference
+JOD: what is seen of the whole sequence at `--fps` on the display, by ColorVideoVDP: 10 is no difference, and at 9 \
+three of four people prefer the reference
 dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
 flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
 

@@ -23,7 +23,7 @@
 //! | `outputs` | `"name": "node"` for each image that the host gets |
 //! | `set` | overrides, `"node.parameter": value` or `"node": Off`, of inherited nodes or nodes of this file |
 //! | `tiers` | `"low": { ... }` with the same entries as `set`, or `"film": "film.ron"` for another file |
-//! | `claims` | `"low": Claim(ms: 0.2, jod: 9.7, p999: 2.5, for: "desk", on: "a GPU at 3840x2160")`: what was measured of a tier |
+//! | `claims` | `"low": Claim(ms: 0.2, jod: 9.7, for: "desk", on: "a GPU at 3840x2160")`: what was measured of a tier |
 //! | `extends` | a file whose entries this one inherits; an entry of the same name replaces the inherited one |
 //! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
 //!

@@ -113,8 +113,8 @@ fn legend(report: &MeasureReport) -> String {
         ClockSource::Host => format!("time on the host, the median of {} frames", report.samples),
     };
     let mut text = format!(
-        "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; JOD of the display {}; \
-         {time}",
+        "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; JOD on \
+         `{}`; {time}",
         report.unit(),
         report.display.name
     );

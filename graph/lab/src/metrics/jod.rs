@@ -1,14 +1,15 @@
 //! ColorVideoVDP: the difference that is seen between two moving pictures on a display.
 //!
-//! Mantiuk, Hanji, Ashraf, Asano and Chapiro, "ColorVideoVDP: A visual difference predictor for image, video and display
-//! distortions", ACM Transactions on Graphics 43(4), 2024.
+//! Mantiuk, Hanji, Ashraf, Asano and Chapiro, "ColorVideoVDP: A visual difference predictor for image, video and
+//! display distortions", ACM Transactions on Graphics 43(4), 2024. It sees contrasts, not the brightness around them.
 
 use colorvideovdp::{Color, Cvvdp, DisplayModel, Geometry, Image, Options, Photometry};
 
 use super::{Range, Shown};
 use crate::LabError;
 
-/// The quality of pictures without a visible difference, in JOD. At one less, three of four people prefer the reference.
+/// The quality of pictures without a visible difference, in JOD. At one less, three of four people prefer the
+/// reference.
 pub const NO_DIFFERENCE: f64 = 10.0;
 
 /// A display, and how it is looked at.
@@ -48,7 +49,7 @@ impl Display {
     /// `65inch_hdr_pq_1Knit` of ColorVideoVDP. White of SDR pictures is that of ITU-R BT.2408.
     pub const TV_HDR: Self = Self {
         name: "tv-hdr",
-        about: "An HDR television of 65 inches and 3840x2160 pixels in a dim room, two meters away: 1000 cd/m2, SDR white 203",
+        about: "An HDR television of 65 inches and 3840x2160 pixels in a dim room, 2 meters away: 1000 cd/m2",
         peak: 1000.0,
         white: 203.0,
         black: 0.001,
