@@ -166,7 +166,8 @@ def dead_links(site):
             is_there = os.path.isfile(target) and not path.startswith("/")
             # The pages of sources make the anchors of their lines when they are opened.
             has_anchors = target in pages and "/api/src/" not in target
-            if not is_there or has_anchors and urllib.parse.unquote(parts.fragment) not in pages[target].anchors:
+            names = {parts.fragment, urllib.parse.unquote(parts.fragment)}
+            if not is_there or has_anchors and not names & pages[target].anchors:
                 yield f"{os.path.relpath(file, site)}: {link}"
 
 
@@ -193,6 +194,9 @@ def write_api(site, target, names):
         return {entry for entry in entries if below == "." and is_crate(entry) and entry not in known}
 
     shutil.copytree(source, os.path.join(site, "api"), ignore=others)
+    # The page to which help and settings lead back.
+    with open(os.path.join(site, "api/index.html"), "w", encoding="utf-8") as file:
+        file.write('<!doctype html><meta http-equiv="refresh" content="0; url=../api.html"><a href="../api.html">Crates</a>')
 
 
 def main():
