@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Builds the documentation as a site: tests/site.py [FOLDER], by default out/site.
 
-The pages are the Markdown files of the repository and the files that they link to, by mdBook (0.5.4): cargo install mdbook.
+The pages are the Markdown files of the repository and the files that they link to, by mdBook: cargo install mdbook, of
+version 0.5.4.
 api/ has the documentation of the crates, and viewer/ the viewer's page, if graph/view/web/build.sh has made out/page.
 All links are relative, so any static host can serve the folder under any path; the last step checks each of them.
 """
@@ -46,7 +47,7 @@ STYLE = """
 """
 PICTURES = (".jpg", ".png", ".svg", ".webp")
 # Languages that mdBook colors, for those that it does not know.
-LANGUAGES = {"ron": "rust", "wgsl": "rust", "rs": "rust", "py": "python", "sh": "sh", "h": "c", "c": "c", "toml": "toml"}
+LANGUAGES = {"ron": "rust", "wgsl": "rust", "rs": "rust", "py": "python", "h": "c", "c": "c", "sh": "sh"}
 LINK = re.compile(r"(?<=\]\()[^)\s]+(?=\))")
 
 
@@ -60,7 +61,7 @@ def title(path):
 
 
 def place(path):
-    """The page of a file or of a folder of the repository, or the place of a picture. Hosts leave out names with a dot."""
+    """The page of a file or of a folder of the repository, or the place of a picture. Hosts leave out dotted names."""
     path = "/".join(part.lstrip(".") for part in path.split("/"))
     if path.endswith(PICTURES):
         return path
@@ -166,7 +167,8 @@ def dead_links(site):
             is_there = os.path.isfile(target) and not path.startswith("/")
             # The pages of sources make the anchors of their lines when they are opened.
             has_anchors = target in pages and "/api/src/" not in target
-            if not is_there or has_anchors and urllib.parse.unquote(parts.fragment) not in pages[target].anchors:
+            names = {parts.fragment, urllib.parse.unquote(parts.fragment)}
+            if not is_there or has_anchors and not names & pages[target].anchors:
                 yield f"{os.path.relpath(file, site)}: {link}"
 
 
@@ -193,6 +195,9 @@ def write_api(site, target, names):
         return {entry for entry in entries if below == "." and is_crate(entry) and entry not in known}
 
     shutil.copytree(source, os.path.join(site, "api"), ignore=others)
+    # The page to which help and settings lead back.
+    with open(os.path.join(site, "api/index.html"), "w", encoding="utf-8") as file:
+        file.write('<!doctype html><meta http-equiv="refresh" content="0; url=../api.html">')
 
 
 def main():

@@ -27,6 +27,30 @@ fn an_sdr_and_an_hdr_image_come_from_one_run() {
     assert!(shown.contains("  hdr  Encoded: Pq, Rec2020, white at 203 cd/m2, peak at 1000 cd/m2"), "{shown}");
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_jpeg_has_the_hdr_output_as_its_gain_map() {
+    let folder = folder("gain-map");
+    folder.run("render {hdr} room.exr -o photo.jpg --gain-map hdr").good();
+    folder.run("render {hdr} room.exr -o plain.jpg --output hdr=hdr.png").good();
+    let pixels = |name: &str| read(&Source::file(folder.file(name))).expect("a picture").pixels.to_f32();
+    assert_eq!(pixels("photo.jpg"), pixels("plain.jpg"), "other readers see the SDR output");
+    let note = "its gain map is not applied";
+    assert_eq!(
+        ["photo.jpg", "plain.jpg"].map(|name| folder.run(&format!("info {name}")).good().contains(note)),
+        [true, false]
+    );
+    for (options, error) in [
+        ("-o a.png --gain-map hdr", "`--gain-map` is for JPEG files, and none is written"),
+        ("-o a.jpg --gain-map sdr", "output `sdr` is not PQ, and a gain map leads to an HDR image"),
+        ("-o a.jpg --gain-map none", "the pipeline has no output `none`"),
+        ("-o a.jpg --gain-map hdr --crop 0,0,4x4", "--crop"),
+    ] {
+        folder.run(&format!("render {{hdr}} room.exr {options}")).fails_saying(1, &[error]);
+    }
+    assert!(!folder.file("a.jpg").exists());
+}
+
 /// The bits of a channel of a PNG, and whether it has alpha.
 fn header(folder: &Folder, name: &str) -> (u8, bool) {
     let file = std::io::BufReader::new(std::fs::File::open(folder.file(name)).expect("the picture was written"));

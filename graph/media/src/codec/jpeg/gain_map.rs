@@ -89,6 +89,9 @@ fn gains(
     let (Some(sdr), Transfer::Pq) = (sdr, color.transfer) else {
         return Err(CodecError::new(ErrorKind::Unsupported, "a gain map leads from an SDR image to one of PQ"));
     };
+    if samples.len() != light.len() {
+        return Err(CodecError::new(ErrorKind::Unsupported, "a gain map leads to an HDR image of the same size"));
+    }
     let scale = 10_000.0 / luminances(&color)[0];
     let matrix = color.primaries.conversion(&sdr.primaries);
     let width = size.0 as usize;
