@@ -1,7 +1,8 @@
 // Computes stops from a histogram. One workgroup scans the bins, computes the mean between two percentiles and adapts
 // the exposure to it. Counts are integers and sums have a fixed order, so every run gives equal bits.
-#import workgroup
+#import math
 #import metering
+#import workgroup
 
 struct AutoExposure {
     low: f32,
@@ -30,7 +31,7 @@ const AUTO_EXPOSURE_INVOCATIONS: u32 = 256u;
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
 // The target of the previous frame, in stops.
 @group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
-// Stops between the percentiles `dark` and `bright`, their log2 luminances, and 1 if they are valid.
+// Stops between the dark and the bright part, their log2 luminances, and 1 if they are valid.
 @group(0) @binding(5) var<storage, read_write> range: array<vec4f>;
 
 struct AutoExposureBins {
@@ -42,16 +43,15 @@ struct AutoExposureBins {
 struct AutoExposureMetered {
     counted: bool,
     mean: f32,
-    // log2 luminance of the upper percentile of the mean, and of the ends of the range.
+    // log2 luminance of the upper percentile of the mean, and of the dark and the bright part.
     high: f32,
-    dark: f32,
-    bright: f32,
+    ends: vec2f,
 }
 
 var<workgroup> auto_exposure_quantile: f32;
 var<workgroup> auto_exposure_high: f32;
-var<workgroup> auto_exposure_dark: f32;
-var<workgroup> auto_exposure_bright: f32;
+// Half of the window of a percentile at 0 and 1, in shares.
+const AUTO_EXPOSURE_NARROWEST: f32 = 0.005;
 
 fn auto_exposure_bins() -> AutoExposureBins {
     let count = u32(bitcast<f32>(histogram[3]));
@@ -75,8 +75,6 @@ fn auto_exposure_count(bin: u32, bins: AutoExposureBins) -> u32 {
 struct AutoExposureRanks {
     first: f32,
     last: f32,
-    dark: f32,
-    bright: f32,
     total: u32,
 }
 
@@ -94,15 +92,23 @@ fn auto_exposure_part(bin: u32, below: u32, count: u32, bins: AutoExposureBins, 
     if auto_exposure_holds(ranks.last, below, through, ranks.total) {
         auto_exposure_high = auto_exposure_level(ranks.last, below, count, edge, bins.per_bin);
     }
-    if auto_exposure_holds(ranks.dark, below, through, ranks.total) {
-        auto_exposure_dark = auto_exposure_level(ranks.dark, below, count, edge, bins.per_bin);
-    }
-    if auto_exposure_holds(ranks.bright, below, through, ranks.total) {
-        auto_exposure_bright = auto_exposure_level(ranks.bright, below, count, edge, bins.per_bin);
-    }
     let end = max(ranks.first, ranks.last);
     let weight = clamp(f32(through), ranks.first, end) - clamp(f32(below), ranks.first, end);
     return vec2f(weight * center, weight);
+}
+
+// The weight around a percentile of all pixels up to a share of them. Its window ends at the nearer end of all pixels,
+// and what enters it counts little at first: a lamp that grows does not switch it.
+fn auto_exposure_through(share: f32, percentile: f32) -> f32 {
+    let reach = max(min(percentile, 1.0 - percentile), AUTO_EXPOSURE_NARROWEST);
+    return smooth_step(percentile - reach, percentile + reach, share);
+}
+
+// The weights of the dark and the bright part between two shares of the pixels.
+fn auto_exposure_ends(first: f32, last: f32) -> vec2f {
+    let dark = auto_exposure_through(last, params.dark) - auto_exposure_through(first, params.dark);
+    let bright = auto_exposure_through(last, params.bright) - auto_exposure_through(first, params.bright);
+    return vec2f(dark, bright);
 }
 
 fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
@@ -110,8 +116,6 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     if invocation.index == 0u {
         auto_exposure_quantile = 0.0;
         auto_exposure_high = 0.0;
-        auto_exposure_dark = 0.0;
-        auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
     // Two neighboring bins per invocation, scanned from the darkest to the brightest.
@@ -121,14 +125,19 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_INVOCATIONS, counts.x + counts.y);
     let total = scanned.y;
     let below = scanned.x - counts.x - counts.y;
-    let part = vec4f(params.low, params.high, params.dark, params.bright) * f32(total);
-    let ranks = AutoExposureRanks(part.x, part.y, part.z, part.w, total);
+    let ranks = AutoExposureRanks(params.low * f32(total), params.high * f32(total), total);
     let parts = auto_exposure_part(bin, below, counts.x, bins, ranks)
         + auto_exposure_part(bin + 1u, below + counts.x, counts.y, bins, ranks);
     let sums = workgroup_sum(invocation, AUTO_EXPOSURE_INVOCATIONS, parts);
+    workgroupBarrier();
+    let shares = vec3f(vec3u(below, below + counts.x, scanned.x)) / f32(max(total, 1u));
+    let center = bins.lo + (f32(bin) - 0.5) * bins.per_bin;
+    let levels = auto_exposure_ends(shares.x, shares.y) * center
+        + auto_exposure_ends(shares.y, shares.z) * (center + bins.per_bin);
+    let ends = workgroup_sum(invocation, AUTO_EXPOSURE_INVOCATIONS, levels) / auto_exposure_ends(0.0, 1.0);
     let is_range = ranks.last > ranks.first && sums.y > 0.0;
     let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), is_range);
-    return AutoExposureMetered(total > 0u, mean, auto_exposure_high, auto_exposure_dark, auto_exposure_bright);
+    return AutoExposureMetered(total > 0u, mean, auto_exposure_high, ends);
 }
 
 // The state of the previous frame: the result, and the target in stops.
@@ -163,11 +172,11 @@ fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore,
 
 // The range approaches that of the frame by the same share of the rest per unit of time, in both directions alike.
 fn auto_exposure_write_range(metered: AutoExposureMetered, known: bool) {
-    let wanted = max(metered.bright - metered.dark, 0.0);
+    let wanted = max(metered.ends.y - metered.ends.x, 0.0);
     let before = range[0].x;
     let share = select(metering_share(params.rate_dark * metering_seconds(frame.dt)), 0.0, params.hold != 0u);
     let adapted = select(wanted, before + (wanted - before) * share, known && range[0].w > 0.0);
-    range[0] = vec4f(adapted, metered.dark, metered.bright, 1.0);
+    range[0] = vec4f(adapted, metered.ends, 1.0);
 }
 
 @compute @workgroup_size(256)

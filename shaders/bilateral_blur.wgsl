@@ -26,15 +26,17 @@ fn bilateral_blur_inside(source: texture_2d<f32>, p: vec2i) -> bool {
 fn bilateral_blur(source: texture_2d<f32>, depth: texture_2d<f32>, at: Point, params: BilateralBlur) -> vec4f {
     let step = vec2i(params.axis);
     let slope = depth_slope(depth, at.pixel, step);
-    let center = texel(source, at.pixel);
-    var sum = vec4f(center.rgb, 1.0);
+    var sum = texel(source, at.pixel);
+    var total = 1.0;
     let radius = min(params.radius, 32);
     for (var i = -radius; i <= radius; i++) {
         let place = at.pixel + i * step;
         if i == 0 || !bilateral_blur_inside(source, place) { continue; }
-        sum += bilateral_blur_weight(depth, at.pixel, i, slope, params) * vec4f(texel(source, place).rgb, 1.0);
+        let weight = bilateral_blur_weight(depth, at.pixel, i, slope, params);
+        sum += weight * texel(source, place);
+        total += weight;
     }
-    return vec4f(clamp(sum.rgb / sum.w, vec3f(-HALF_MAX), vec3f(HALF_MAX)), center.a);
+    return clamp(sum / total, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }
 
 // A unit vector, or the zero vector.
@@ -58,15 +60,16 @@ fn bilateral_blur_normals(
     let step = vec2i(params.axis);
     let slope = depth_slope(depth, at.pixel, step);
     let own = bilateral_blur_unit(texel(normal, at.pixel).xyz);
-    let center = texel(source, at.pixel);
-    var sum = vec4f(center.rgb, 1.0);
+    var sum = texel(source, at.pixel);
+    var total = 1.0;
     let radius = min(params.radius, 32);
     for (var i = -radius; i <= radius; i++) {
         let place = at.pixel + i * step;
         if i == 0 || !bilateral_blur_inside(source, place) { continue; }
         let facing = bilateral_blur_facing(normal, own, place, params);
         let weight = facing * bilateral_blur_weight(depth, at.pixel, i, slope, params);
-        sum += weight * vec4f(texel(source, place).rgb, 1.0);
+        sum += weight * texel(source, place);
+        total += weight;
     }
-    return vec4f(clamp(sum.rgb / sum.w, vec3f(-HALF_MAX), vec3f(HALF_MAX)), center.a);
+    return clamp(sum / total, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }

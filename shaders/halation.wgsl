@@ -1,6 +1,7 @@
 // Halation: light that passes the emulsion of a film, is reflected by the back of its base and exposes the film again
 // around the place where it arrived.
 #import grade
+#import math
 #import tent
 
 struct Halation {
@@ -9,9 +10,10 @@ struct Halation {
 }
 
 // The sum of all light stays the same: what arrives elsewhere is missing here.
-fn halation_spread(source: vec4f, glow: vec3f, params: Halation) -> vec4f {
+fn halation_spread(source: vec4f, glow: vec4f, params: Halation) -> vec4f {
     let share = params.strength * params.tint;
-    return vec4f(bounded_scene(source.rgb * (1.0 - share) + glow * share), source.a);
+    let alpha = source.a + mean3(share) * (glow.a - source.a);
+    return vec4f(bounded_scene(source.rgb * (1.0 - share) + glow.rgb * share), alpha);
 }
 
 fn halation(
@@ -21,9 +23,9 @@ fn halation(
     at: Point,
     params: Halation,
 ) -> vec4f {
-    return halation_spread(source, tap_tent(glow, glow_sampler, at.uv, 1.0, false).rgb, params);
+    return halation_spread(source, tap_tent(glow, glow_sampler, at.uv, 1.0, false), params);
 }
 
 fn halation_pixel(source: vec4f, glow: vec4f, params: Halation) -> vec4f {
-    return halation_spread(source, glow.rgb, params);
+    return halation_spread(source, glow, params);
 }

@@ -35,7 +35,9 @@ fn outline_turn(normal: texture_2d<f32>, p: vec2i, step: vec2i) -> f32 {
 }
 
 fn outline_drawn(source: vec4f, edge: f32, params: Outline) -> vec4f {
-    return vec4f(bounded_scene(between3(source.rgb, params.color, params.amount * edge)), source.a);
+    let covered = params.amount * edge;
+    let alpha = source.a + covered * (1.0 - source.a);
+    return vec4f(bounded_scene(between3(source.rgb, params.color, covered)), alpha);
 }
 
 fn outline(source: vec4f, depth: texture_2d<f32>, at: Point, params: Outline) -> vec4f {

@@ -39,17 +39,20 @@ node_kind! {
     /// With equal limits and neither highlights nor a curve the exposure is fixed. If nobody reads what is metered, no
     /// histogram is made, mean and lux are those of the limits, and the exposure does not depend on earlier frames.
     ///
-    /// `range` is (stops between the percentiles `dark` and `bright`, log2 luminance at `dark`, the same at `bright`,
-    /// 1), all 0 before the first metered frame. The stops approach those of each frame exponentially, at `rate_dark`.
+    /// `range` is (stops between the dark and the bright part, log2 luminance of the dark part, of the bright part, 1),
+    /// all 0 before the first metered frame. The stops approach those of each frame exponentially, at `rate_dark`. A
+    /// part is a mean of log2 luminance around a percentile p: from p - q to p + q, with q = min(p, 1 - p), pixels have
+    /// the weight 6 x (1 - x), where x goes from 0 to 1. So the range changes as a lamp grows, and does not jump when it
+    /// reaches a percentile. With the defaults, light that fills a hundredth of the image counts 3 %, and a tenth whole.
     pub struct AutoExposure {
         /// Lower percentile: the share of the counted pixels, from the darkest, that the mean ignores.
         pub low: f32 = 0.4 => within(0.0..=1.0);
         /// Upper percentile: the share at which the mean ends. 0.95 ignores the brightest 5 %.
         pub high: f32 = 0.95 => within(0.0..=1.0);
-        /// The percentile at which `range` begins. 0.05 ignores the darkest 5 %.
+        /// The percentile around which `range` begins. At 0.05 it is a mean of the darkest tenth.
         pub dark: f32 = 0.05 => within(0.0..=1.0);
-        /// The percentile at which `range` ends. 0.99 counts windows and lamps that fill a hundredth of the image.
-        pub bright: f32 = 0.99 => within(0.0..=1.0);
+        /// The percentile around which `range` ends. At 0.95 it is a mean of the brightest tenth.
+        pub bright: f32 = 0.95 => within(0.0..=1.0);
         /// Target of the metered mean, in exposed luminance. 0.18 is middle gray.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness, so that night

@@ -9,8 +9,9 @@ node_kind! {
     ///
     /// A lens magnifies colors differently (lateral chromatic aberration). A channel of the pixel at a place p from
     /// the center is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
-    /// square of the distance, which is 1 at the corners. Green and alpha stay. It is a warp: with a `LensDistortion`
-    /// before or after it, it is one pass, which reads each image three times. Beyond the border the border is read.
+    /// square of the distance, which is 1 at the corners. Green stays. Alpha is the mean of those of the three channels.
+    /// It is a warp: with a `LensDistortion` before or after it, it is one pass, which reads each image three times.
+    /// Beyond the border the border is read.
     pub struct ChromaticAberration {
         /// Factor of the effect. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);

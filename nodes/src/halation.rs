@@ -13,7 +13,7 @@ node_kind! {
     /// first the red layer. The share is taken from where the light arrived, so a constant image stays the same and the
     /// sum of all light, too; no threshold is needed, because only bright places have enough light to show. Place it
     /// before the tone curve. The glow is a Gaussian, made at a lower resolution for wide ones, where it is as much
-    /// narrower as halvings and the enlargement widen it. Alpha passes unchanged.
+    /// narrower as halvings and the enlargement widen it. Alpha is spread with the mean share of the channels.
     pub struct Halation {
         /// Share of the light that is spread, at most. 0 changes nothing.
         pub strength: f32 = 0.1 => within(0.0..=1.0), usually(0.0..=0.5), neutral(0.0);

@@ -10,7 +10,8 @@ node_kind! {
     /// Draws lines along the edges of surfaces, from depth and normals.
     ///
     /// An edge is where the inverse of the depth bends: it is linear on a plane in perspective, so planes have no lines
-    /// at any slope. With normals, folds between surfaces of equal depth are edges, too. Alpha passes unchanged.
+    /// at any slope. With normals, folds between surfaces of equal depth are edges, too. Lines cover what is
+    /// transparent.
     pub struct Outline {
         /// Share of the line's color. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);

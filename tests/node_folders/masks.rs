@@ -108,8 +108,8 @@ fn a_mask_takes_one_image_or_the_other() {
         for x in 0..5 {
             let [near, far] = [one.at(x, y), other.at(x, y)];
             let share = [0.0, 0.0, 0.5, 1.0, 1.0][x as usize];
-            let wanted = [0, 1, 2].map(|c| near[c] * (1.0 - share) + far[c] * share);
-            assert_eq!(found.at(x, y), [wanted[0], wanted[1], wanted[2], 0.75], "at {x}, {y}");
+            let wanted = [0, 1, 2, 3].map(|c| near[c] * (1.0 - share) + far[c] * share);
+            assert_eq!(found.at(x, y), wanted, "at {x}, {y}");
         }
     }
 }

@@ -145,6 +145,20 @@ fn light_beyond_the_border_is_dark() {
     assert!(column[0] < 0.1 && column[63] < 0.6, "{column:?}");
 }
 
+/// A light that is elsewhere makes no shafts from this place, and one at the place the same as before.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn only_what_is_near_the_light_shines() {
+    let most = |center: [f64; 2], spread: &str| {
+        let found = rays(&spots(64, center, 0.06), &format!("light: (0.3, 0.3), spread: {spread}"));
+        found.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max)
+    };
+    let (near, far) = ([0.3, 0.3], [0.8, 0.7]);
+    assert!(most(near, "0.25") > 0.8 * most(near, "0.0"), "{} of {}", most(near, "0.25"), most(near, "0.0"));
+    assert!(most(far, "0.0") > 0.1, "{}", most(far, "0.0"));
+    assert!(most(far, "0.25") < 0.02 * most(far, "0.0"), "{}", most(far, "0.25"));
+}
+
 /// The matrix of Bayer, as published.
 const BAYER: [[u32; 8]; 8] = [
     [0, 32, 8, 40, 2, 34, 10, 42],

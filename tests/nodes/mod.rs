@@ -19,6 +19,7 @@ mod shadow_rays;
 mod surface;
 mod taa;
 mod table;
+mod transparency;
 mod volume;
 mod warp;
 mod wide;

@@ -1,6 +1,6 @@
 //! A separated bilateral blur by depth and normals.
 
-use super::image::{Image, rgb};
+use super::image::{Image, add_weighted, rgb};
 use super::math::dot;
 use super::view::distance_of;
 
@@ -37,7 +37,7 @@ impl Bilateral {
         Image::new(image.width, image.height, |x, y| {
             let (x, y) = (x as i64, y as i64);
             let (middle, slope) = (inverse(depth, x, y), slope(depth, [x, y], step));
-            let (mut sum, mut total) = ([0.0; 3], 0.0);
+            let (mut sum, mut total) = ([0.0; 4], 0.0);
             for i in -self.radius..=self.radius {
                 let (i_x, i_y) = (x + i * step[0], y + i * step[1]);
                 if !(0..image.width as i64).contains(&i_x) || !(0..image.height as i64).contains(&i_y) {
@@ -49,10 +49,10 @@ impl Bilateral {
                 let gauss = (-sharpness * (i * i) as f64).exp();
                 let weight = if i == 0 { 1.0 } else { (1.0 - off.min(1.0).powi(2)) * facing * gauss };
                 let color = image.texel(i_x, i_y);
-                sum = [0, 1, 2].map(|c| sum[c] + weight * color[c]);
+                sum = add_weighted(sum, color, weight);
                 total += weight;
             }
-            [sum[0] / total, sum[1] / total, sum[2] / total, image.texel(x, y)[3]]
+            sum.map(|channel| channel / total)
         })
     }
 

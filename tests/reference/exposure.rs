@@ -3,6 +3,7 @@
 
 use super::color::level_luminance;
 use super::image::{Image, rgb};
+use super::math::smooth_step;
 
 /// EV100 of a camera: aperture N, shutter time in seconds, ISO speed (ISO 2720).
 pub(crate) fn ev100_camera(aperture: f64, seconds: f64, iso: f64) -> f64 {
@@ -84,20 +85,19 @@ impl Bins {
         counts[0] += 255 - counted;
     }
 
-    /// The log2 luminance below which a share of the counted pixels lies, which are spread evenly in each bin.
-    pub(crate) fn quantile(&self, counts: &[u32], share: f64) -> f64 {
-        let rank = share * counts[1..].iter().map(|&count| f64::from(count)).sum::<f64>();
-        let width = (self.high - self.low) / (self.count - 1) as f64;
-        let (mut below, mut level) = (0.0, self.low);
-        for (bin, &count) in counts.iter().enumerate().skip(1).filter(|(_, count)| **count > 0) {
-            let part = ((rank - below) / f64::from(count)).min(1.0);
-            level = self.low + ((bin - 1) as f64 + part) * width;
-            if part < 1.0 {
-                break;
-            }
+    /// The mean of log2 luminance around a percentile, with weights 6 x (1 - x) from one end of the window to the other,
+    /// which ends where the nearer end of all counted pixels is.
+    pub(crate) fn around(&self, counts: &[u32], percentile: f64) -> f64 {
+        let total: f64 = counts[1..].iter().map(|&count| f64::from(count)).sum();
+        let reach = percentile.min(1.0 - percentile).max(0.005);
+        let through = |share: f64| smooth_step(percentile - reach, percentile + reach, share);
+        let mut below = 0.0;
+        let levels = counts.iter().enumerate().skip(1).map(|(bin, &count)| {
+            let from = below / total;
             below += f64::from(count);
-        }
-        level
+            (through(below / total) - through(from)) * self.center(bin)
+        });
+        levels.sum::<f64>() / (through(1.0) - through(0.0))
     }
 
     /// The mean of log2 luminance between two percentiles in [0, 1] of the pixels counted; the
@@ -223,6 +223,52 @@ fn a_histogram_counts_every_pixel_and_meters_the_middle() {
     assert_eq!(counts[0], 255 * 10);
     let mean = bins.trimmed_mean(&counts, 0.4, 0.95).expect("some pixels count");
     assert!((mean + 2.0).abs() < 0.501 * 20.0 / 255.0, "{mean}");
+}
+
+/// The judge is the definition as an integral over pixels: a parabola of their ranks.
+#[test]
+fn what_is_around_a_percentile_is_weighted_by_a_parabola() {
+    let bins = Bins { count: 256, low: -10.0, high: 10.0, black: 0.0 };
+    let lamp = |pixels: usize| {
+        let image = Image::new(1000, 1, |x, _| {
+            let light = if x >= 1000 - pixels { 512.0 } else { (-6.0 + 6.0 * x as f64 / 1000.0).exp2() };
+            [light, light, light, 1.0]
+        });
+        bins.histogram(&image)
+    };
+    let parabola = |counts: &[u32], percentile: f64| {
+        let total = f64::from(counts[1..].iter().sum::<u32>());
+        let reach = percentile.min(1.0 - percentile);
+        let (mut sum, mut weights, mut rank) = (0.0, 0.0, 0.5);
+        for (bin, count) in counts.iter().enumerate().skip(1) {
+            for _ in 0..*count {
+                let x = (rank / total - percentile + reach) / (2.0 * reach);
+                let weight = if (0.0..1.0).contains(&x) { 6.0 * x * (1.0 - x) } else { 0.0 };
+                sum += weight * bins.center(bin);
+                weights += weight;
+                rank += 1.0;
+            }
+        }
+        sum / weights
+    };
+    let mut last = bins.around(&lamp(0), 0.95);
+    for pixels in 0..=100 {
+        let counts = lamp(pixels);
+        for percentile in [0.05, 0.3, 0.95].into_iter().filter(|_| pixels % 20 == 7) {
+            let off = bins.around(&counts, percentile) - parabola(&counts, percentile);
+            assert!(off.abs() < 1e-5, "{pixels} at {percentile}: {off}");
+        }
+        // A thousandth of the pixels, nine stops brighter, is at most 1.5 % of the weight of a tenth.
+        let bright = bins.around(&counts, 0.95);
+        assert!(bright - last < 0.015 * 9.5 && bright >= last - 1e-9, "{pixels}: from {last} to {bright}");
+        last = bright;
+    }
+    assert!((last - bins.center(bins.bin(512.0))).abs() < 1e-9, "a tenth is all of the bright part");
+    // The ends of a flat picture are one.
+    let flat = bins.histogram(&Image::new(9, 9, |_, _| [0.3; 4]));
+    for percentile in [0.0, 0.05, 0.5, 0.95, 1.0] {
+        assert!((bins.around(&flat, percentile) - bins.center(bins.bin(0.3))).abs() < 1e-12, "{percentile}");
+    }
 }
 
 #[test]

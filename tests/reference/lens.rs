@@ -23,8 +23,9 @@ pub(crate) fn halation(image: &Image, share: Rgb, sigma: f64) -> Image {
     let glow = if is_whole { glow } else { upsample(&glow, [image.width, image.height], Up::Tent, 1.0) };
     Image::new(image.width, image.height, |x, y| {
         let [base, glow] = [image, &glow].map(|image| image.texel(x as i64, y as i64));
-        let [r, g, b] = [0, 1, 2].map(|c| base[c] * (1.0 - share[c]) + glow[c] * share[c]);
-        [r, g, b, base[3]]
+        let [r, g, b] = share;
+        let shares = [r, g, b, (r + g + b) / 3.0];
+        [0, 1, 2, 3].map(|c| base[c] * (1.0 - shares[c]) + glow[c] * shares[c])
     })
 }
 

@@ -27,7 +27,7 @@ pub(crate) fn drawn(image: &Image, color: Rgb, edge: impl Fn([usize; 2]) -> f64)
     Image::new(image.width, image.height, |x, y| {
         let (source, edge) = (image.texel(x as i64, y as i64), edge([x, y]));
         let mixed = |c: usize| mix(source[c], color[c], edge);
-        [mixed(0), mixed(1), mixed(2), source[3]]
+        [mixed(0), mixed(1), mixed(2), mix(source[3], 1.0, edge)]
     })
 }
 

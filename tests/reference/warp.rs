@@ -52,13 +52,13 @@ fn uv(image: &Image, [x, y]: [f64; 2]) -> [f64; 2] {
     [0.5 + x * half / image.width as f64, 0.5 + y * half / image.height as f64]
 }
 
-/// The image whose channels are read at the places that the three warps give, alpha with green.
+/// The image whose channels are read at the places that the three warps give, with the mean of their alphas.
 pub(crate) fn warped(image: &Image, warps: [Warp<'_>; 3]) -> Image {
     let half = 0.5 * (image.width as f64).hypot(image.height as f64);
     Image::new(image.width, image.height, |x, y| {
         let place = [x as f64 + 0.5 - 0.5 * image.width as f64, y as f64 + 0.5 - 0.5 * image.height as f64];
         let [red, green, blue] = warps.map(|warp| image.tap(uv(image, warp(place.map(|t| t / half)))));
-        [red[0], green[1], blue[2], green[3]]
+        [red[0], green[1], blue[2], (red[3] + green[3] + blue[3]) / 3.0]
     })
 }
 

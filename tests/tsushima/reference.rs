@@ -85,7 +85,7 @@ fn bins(graph: &Graph) -> Bins {
 fn contrast(graph: &Graph, scene: &Image) -> f64 {
     let (metered, local, bins) = (Node(graph, "metered"), Node(graph, "local"), bins(graph));
     let counts = bins.histogram(scene);
-    let [dark, bright] = ["dark", "bright"].map(|share| bins.quantile(&counts, metered.number(share)));
+    let [dark, bright] = ["dark", "bright"].map(|share| bins.around(&counts, metered.number(share)));
     (local.number("span") / (bright - dark)).clamp(local.number("contrast"), 1.0)
 }
 

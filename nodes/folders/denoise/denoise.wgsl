@@ -36,7 +36,7 @@ fn denoise_pass(
     let own_depth = depth_at(depth, at.pixel);
     let own_normal = texel(normal, at.pixel);
     let tolerance = params.strength / f32(step);
-    var sum = vec3f();
+    var sum = vec4f();
     var total = 0.0;
     for (var y = -2; y <= 2; y++) {
         for (var x = -2; x <= 2; x++) {
@@ -49,11 +49,11 @@ fn denoise_pass(
             let other_normal = texel(normal, pixel);
             let surface = denoise_surface(own_depth, other_depth, own_normal, other_normal, params.depth_edge);
             let weight = spline.x * spline.y * alike * surface;
-            sum += weight * other.rgb;
+            sum += weight * other;
             total += weight;
         }
     }
-    return vec4f(sum / total, own.a);
+    return sum / total;
 }
 
 fn denoise_first(

@@ -24,7 +24,7 @@ fn glitch(source: texture_2d<f32>, source_sampler: sampler, at: Point, frame: Fr
     let jump = params.amount * glitch_jump(at.uv.y, frame, params);
     let apart = jump * params.fringe;
     let middle = tap(source, source_sampler, at.uv + vec2f(jump, 0.0));
-    let red = tap(source, source_sampler, at.uv + vec2f(jump + apart, 0.0)).r;
-    let blue = tap(source, source_sampler, at.uv + vec2f(jump - apart, 0.0)).b;
-    return vec4f(red, middle.g, blue, middle.a);
+    let red = tap(source, source_sampler, at.uv + vec2f(jump + apart, 0.0));
+    let blue = tap(source, source_sampler, at.uv + vec2f(jump - apart, 0.0));
+    return vec4f(red.r, middle.g, blue.b, middle.a + (red.a - middle.a) / 3.0 + (blue.a - middle.a) / 3.0);
 }

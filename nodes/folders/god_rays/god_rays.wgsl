@@ -3,6 +3,7 @@
 
 struct GodRays {
     light: vec2f,
+    spread: f32,
     strength: f32,
     length: f32,
     falloff: f32,
@@ -14,9 +15,16 @@ struct GodRays {
 const GOD_RAYS_READS: i32 = 8;
 const GOD_RAYS_SAMPLES: f32 = 64.0;
 
+// The share of a bright place that belongs to the light: a lamp elsewhere makes no shafts from it.
+fn god_rays_share(from_light: vec2f, size: vec2f, params: GodRays) -> f32 {
+    let apart = from_light * size / size.y;
+    let share = exp2(-dot(apart, apart) / max(params.spread * params.spread, 1e-6));
+    return select(1.0, share, params.spread > 0.0);
+}
+
 // The mean of places on the way to the light: each is `step` samples nearer to it than the one before. The distance
 // shrinks by the same factor with each sample, and so does the weight; hence a pass over the result of another makes
-// the samples of both.
+// the samples of both. The first pass reads the bright image.
 fn god_rays_along(t: texture_2d<f32>, s: sampler, uv: vec2f, step: f32, params: GodRays) -> vec4f {
     let shrink = pow(1.0 - params.length, step / GOD_RAYS_SAMPLES);
     let fade = pow(params.falloff, step / GOD_RAYS_SAMPLES);
@@ -28,7 +36,8 @@ fn god_rays_along(t: texture_2d<f32>, s: sampler, uv: vec2f, step: f32, params: 
         let place = params.light + from_light;
         let is_inside = all(place == clamp(place, vec2f(0.0), vec2f(1.0)));
         let seen = tap(t, s, place).rgb;
-        let share = min(params.limit / max(brightest(seen), 1e-6), 1.0);
+        let near = select(1.0, god_rays_share(from_light, vec2f(textureDimensions(t)), params), step == 1.0);
+        let share = near * min(params.limit / max(brightest(seen), 1e-6), 1.0);
         sum += select(0.0, weight * share, is_inside) * seen;
         total += weight;
         weight *= fade;

@@ -57,7 +57,7 @@ fn lens_profile_straight(r: f32, channel: vec3f, params: LensProfile) -> f32 {
     return straight;
 }
 
-// One channel of the result at a position from the middle, in halves of the shorter side.
+// One channel and the alpha of the result at a position from the middle, in halves of the shorter side.
 fn lens_profile_read(t: texture_2d<f32>, s: sampler, place: vec2f, channel: vec3f, params: LensProfile) -> vec4f {
     let size = vec2f(textureDimensions(t));
     let side = min(size.x, size.y);
@@ -78,7 +78,8 @@ fn lens_profile_read(t: texture_2d<f32>, s: sampler, place: vec2f, channel: vec3
     let q = way * way;
     let k = params.falloff;
     let light = max(1.0 + q * (k.x + q * (k.y + q * k.z)), LENS_PROFILE_DARKEST);
-    return tap(t, s, 0.5 + 0.5 * scale * place * side / size) * select(1.0 / light, light, is_added);
+    let found = tap(t, s, 0.5 + 0.5 * scale * place * side / size);
+    return vec4f(found.rgb * select(1.0 / light, light, is_added), found.a);
 }
 
 fn lens_profile(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: LensProfile) -> vec4f {
@@ -88,10 +89,11 @@ fn lens_profile(source: texture_2d<f32>, source_sampler: sampler, at: Point, par
     if !(has_fringes || bends || any(params.falloff != vec3f())) { return own; }
     let place = (2.0 * at.uv - 1.0) * at.size / (min(at.size.x, at.size.y) * params.zoom);
     let green = lens_profile_read(source, source_sampler, place, LENS_PROFILE_GREEN, params);
-    var rgb = green.rgb;
+    var found = green;
     if has_fringes {
-        rgb.r = lens_profile_read(source, source_sampler, place, params.red, params).r;
-        rgb.b = lens_profile_read(source, source_sampler, place, params.blue, params).b;
+        let red = lens_profile_read(source, source_sampler, place, params.red, params);
+        let blue = lens_profile_read(source, source_sampler, place, params.blue, params);
+        found = vec4f(red.r, green.g, blue.b, green.a + (red.a - green.a) / 3.0 + (blue.a - green.a) / 3.0);
     }
-    return vec4f(clamp(rgb, vec3f(-HALF_MAX), vec3f(HALF_MAX)), own.a);
+    return clamp(found, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }

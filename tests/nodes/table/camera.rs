@@ -119,7 +119,10 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             "\"result\": Outline(source: \"scene\", depth: \"data\", normal: \"data\", color: (0.9, 0.5, 0.1), \
              amount: 0.75, depth_threshold: 0.04, normal_threshold: 0.2)",
             color::unit,
-            tolerance(2e-5, 0.0, "differences of inverse depths in f32, over the width of a threshold"),
+            Tolerance {
+                of: Scale::Channel,
+                ..tolerance(2e-5, 0.0, "differences of inverse depths in f32, over the width of a threshold")
+            },
             move |source| {
                 let data = image(&motions(size(source)));
                 outline::drawn(source, [0.9, 0.5, 0.1], |at| {

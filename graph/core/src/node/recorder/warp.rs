@@ -10,7 +10,7 @@ use afterimage_wgsl::{Shader, UniformValue};
 
 /// Reads an image at a place, and joins the channels of three reads. A place within a thousandth of a texel from the
 /// middle of one is that texel: a warp that moves nothing changes nothing. Channels of three places may have a negative
-/// luminance together.
+/// luminance together. The mean of their alphas lets through as much of a background as the three would, in all.
 static WARP: Shader = Shader::new(
     "warp.wgsl",
     "#import color
@@ -21,7 +21,8 @@ fn warp_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4
     return tap(source, source_sampler, at.uv);
 }
 fn warp_channels(red: vec4f, green: vec4f, blue: vec4f) -> vec4f {
-    return vec4f(extended_light(vec3f(red.r, green.g, blue.b)), green.a);
+    let alpha = green.a + (red.a - green.a) / 3.0 + (blue.a - green.a) / 3.0;
+    return vec4f(extended_light(vec3f(red.r, green.g, blue.b)), alpha);
 }",
 );
 
@@ -50,7 +51,7 @@ impl<'a> Recorder<'a> {
         self.warp_of(shader.into(), vec![function], source)
     }
 
-    /// The same with a place for each of red, green and blue. Alpha is read with green.
+    /// The same with a place for each of red, green and blue. Alpha is the mean of those of the three places.
     pub fn warp_channels(
         &mut self,
         shader: impl Into<Shared<Shader>>,
