@@ -84,7 +84,8 @@ fn swing(graph: &Graph, side: u32) -> f64 {
 fn a_glow_does_not_pulse_when_its_light_moves_by_a_pixel() {
     let tiers = [None, Some("ultra"), Some("low")];
     let cases = GLOWING.into_iter().flat_map(|(name, image)| tiers.map(|tier| (name, image, tier)));
-    let cases = cases.filter(|(name, _, tier)| tier.is_none_or(|tier| known_tiers(name).iter().any(|known| known == tier)));
+    let cases =
+        cases.filter(|(name, _, tier)| tier.is_none_or(|tier| known_tiers(name).iter().any(|known| known == tier)));
     for (name, image, tier) in sweep::some(cases, 8) {
         let graph = glow_of(name, image, tier);
         for side in [1, 2, 3, 8] {
