@@ -310,6 +310,7 @@ mod tests {
         ("depth", &["16"]),
         ("facts", &["-x=1", "y={{2}}"]),
         ("fps", &["23.976"]),
+        ("gain_map", &["hdr"]),
         ("gpu_memory", &["2G"]),
         ("input_space", &["ACEScg"]),
         ("inputs", &["a=-b.exr", "c=d e.exr"]),

@@ -132,7 +132,9 @@ fn built_in_pipelines_are_below_the_bounds_of_compilation() {
         let mut all = 0;
         for planned in &plan.passes {
             let operations = planned.pass.compile_cost().operations();
-            assert!(operations <= MAX_PASS_OPERATIONS, "{name}: {} has {operations}", planned.pass.label);
+            let is_joined = planned.pass.nodes.len() > 1;
+            let label = &planned.pass.label;
+            assert!(!is_joined || operations <= MAX_PASS_OPERATIONS, "{name}: {label} has {operations}");
             all += operations;
         }
         assert!(all <= MAX_OPERATIONS / 2, "{name}: {all}");
