@@ -86,9 +86,9 @@ impl GridBuild {
     }
 
     /// Workgroups that sum a column of cells. One is fastest.
-    fn parts(&self, sampled: Size) -> u32 {
-        let is_tall = sampled.height > TALL && self.method == GridBuildMethod::Nearest;
-        if is_tall { sampled.height.div_ceil(self.height).div_ceil(PART_ROWS) } else { 1 }
+    fn parts(&self, picture: Size) -> u32 {
+        let is_tall = picture.height > TALL && self.method == GridBuildMethod::Nearest;
+        if is_tall { picture.height.div_ceil(self.height).div_ceil(PART_ROWS) } else { 1 }
     }
 
     /// Steps of the fixed point per unit: the largest power of two, up to 65536, with which no sum exceeds 2^32. The
@@ -132,7 +132,7 @@ impl Node for GridBuild {
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
         let result = pass.output("result", ImageDesc::volume(size));
-        let ([lo, hi], parts) = (self.range(), self.parts(sampled(picture, step)));
+        let ([lo, hi], parts) = (self.range(), self.parts(picture));
         if parts > 1 {
             let bytes = 8 * u64::from(self.width) * u64::from(self.height) * u64::from(self.depth);
             let sums = pass.add_buffer("sums", bytes, BufferLife::Zeroed);

@@ -78,9 +78,9 @@ const HEADER: u64 = 4;
 const COLUMNS: u32 = 64;
 
 /// Height of a workgroup's tile, in sampled pixels. Taller tiles write to the table less often. Shorter tiles keep
-/// concurrent reads closer in the cache, if the image fits.
-fn rows(sampled: Size) -> u32 {
-    if sampled.texels() < 0x100_0000 { 64 } else { 128 }
+/// concurrent reads closer in the cache, if the image fits. Pictures that are made in bands need few rows at a time.
+fn rows(sampled: Size, step: u32) -> u32 {
+    if sampled.texels() < 0x100_0000 { 64 } else { (128 / step).next_multiple_of(16) }
 }
 
 impl Histogram {
@@ -112,7 +112,7 @@ impl Node for Histogram {
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
         pass.set_output("brightest", InputValue::Buffer(table));
-        let rows = rows(sampled);
+        let rows = rows(sampled, step);
         pass.compute(&SHADER, "histogram")
             .image("albedo", albedo_image)
             .image("mask", mask_image)

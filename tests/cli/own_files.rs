@@ -191,7 +191,7 @@ const FILES: &[(&str, &str, Use)] = &[
 const READ_EVERYWHERE: [&str; 2] = ["nodes", "allow"];
 
 /// Options that take any word and name no file.
-const WORDS: [&str; 17] = [
+const WORDS: [&str; 18] = [
     "adapter",
     "case",
     "code",
@@ -200,6 +200,7 @@ const WORDS: [&str; 17] = [
     "dynamic",
     "facts",
     "frames",
+    "gain_map",
     "kind",
     "name",
     "new",
