@@ -310,7 +310,6 @@ mod tests {
         ("depth", &["16"]),
         ("facts", &["-x=1", "y={{2}}"]),
         ("fps", &["23.976"]),
-        ("gain_map", &["hdr"]),
         ("gpu_memory", &["2G"]),
         ("input_space", &["ACEScg"]),
         ("inputs", &["a=-b.exr", "c=d e.exr"]),
@@ -340,7 +339,8 @@ mod tests {
         let mut words = ["afterimage", "job"].map(str::to_owned).to_vec();
         for arg in render.get_arguments() {
             let (id, Some(option)) = (arg.get_id().as_str(), arg.get_long()) else { continue };
-            if [&REFUSED[..], &OF_TASKS, &["help", "ocio"]].concat().contains(&id) {
+            // A gain map is of whole pictures: it cannot stand beside `--crop`.
+            if [&REFUSED[..], &OF_TASKS, &["help", "ocio", "gain_map"]].concat().contains(&id) {
                 continue;
             }
             if !arg.get_action().takes_values() {
