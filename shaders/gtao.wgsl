@@ -63,7 +63,7 @@ fn gtao_horizon(
     return highest;
 }
 
-// The occlusion of one slice, whose `tangent` is across the direction to the camera: the cosine-weighted light of a slice
+// The occlusion of one slice, whose `tangent` is across the direction to the camera: the cosine-weighted light of one
 // that the surface alone bounds, less that between the horizons. Both are in closed form.
 fn gtao_slice(
     depth: texture_2d<f32>,

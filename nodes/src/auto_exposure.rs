@@ -41,9 +41,9 @@ node_kind! {
     ///
     /// `range` is (stops between the dark and the bright part, log2 luminance of the dark part, of the bright part, 1),
     /// all 0 before the first metered frame. The stops approach those of each frame exponentially, at `rate_dark`. A
-    /// part is a mean of log2 luminance around a percentile p: from p - q to p + q, with q = min(p, 1 - p), pixels have
-    /// the weight 6 x (1 - x), where x goes from 0 to 1. So the range changes as a lamp grows, and does not jump when it
-    /// reaches a percentile. With the defaults, light that fills a hundredth of the image counts 3 %, and a tenth whole.
+    /// part is a mean of log2 luminance around a percentile p: from p - q to p + q, q = min(p, 1 - p), pixels have
+    /// the weight 6 x (1 - x), with x from 0 to 1. So the range changes as a lamp grows, and does not jump when it
+    /// reaches a percentile. With the defaults, light on a hundredth of the image counts 3 %, and on a tenth whole.
     pub struct AutoExposure {
         /// Lower percentile: the share of the counted pixels, from the darkest, that the mean ignores.
         pub low: f32 = 0.4 => within(0.0..=1.0);

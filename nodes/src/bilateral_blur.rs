@@ -11,7 +11,7 @@ node_kind! {
     ///
     /// A Gaussian along one axis and then along the other. A neighbor counts less the farther it lies off the plane of
     /// the pixel's own surface, which the inverse of the depth shows at any slope in perspective, and, with normals,
-    /// the more it faces another way. Alpha is blurred with the color. After Tomasi and Manduchi, "Bilateral Filtering for Gray
+    /// the more it faces another way. Alpha is blurred, too. After Tomasi and Manduchi, "Bilateral Filtering for Gray
     /// and Color Images", ICCV 1998; separated, so that corners of surfaces are blurred less than by the whole kernel.
     pub struct BilateralBlur {
         /// The reach to each side: twice the standard deviation of the Gaussian. 0 changes nothing.

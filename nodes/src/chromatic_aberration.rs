@@ -9,7 +9,7 @@ node_kind! {
     ///
     /// A lens magnifies colors differently (lateral chromatic aberration). A channel of the pixel at a place p from
     /// the center is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
-    /// square of the distance, which is 1 at the corners. Green stays. Alpha is the mean of those of the three channels.
+    /// square of the distance, which is 1 at the corners. Green stays. Alpha is the mean of those of the channels.
     /// It is a warp: with a `LensDistortion` before or after it, it is one pass, which reads each image three times.
     /// Beyond the border the border is read.
     pub struct ChromaticAberration {

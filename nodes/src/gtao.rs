@@ -12,7 +12,7 @@ node_kind! {
     ///
     /// For each pixel, slices of the hemisphere over the surface, even around the direction to the camera, are searched
     /// for the highest horizon to both sides; the cosine-weighted light that they hide has a closed form. A bare plane
-    /// hides nothing, wherever and at whatever angle it is seen. Slices differ within four by four pixels, and a mean on
+    /// hides nothing, wherever and at whatever angle it is seen. Slices differ within 4x4 pixels, and a mean on
     /// the same surface makes them one. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime Strategies for Accurate
     /// Indirect Occlusion", 2016; measurements/depth.md compares it with rays. What lies outside of the image, or
     /// behind what is seen, occludes nothing.

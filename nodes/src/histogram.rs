@@ -34,7 +34,7 @@ node_kind! {
         /// Luminance at or below this does not count. A little above it a pixel counts in part: up to twice of it, and
         /// at least up to the lower end of the range above it. 0 excludes borders without a picture.
         pub black: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
-        /// Sampling stride: 1 reads every pixel, 2 one of 2x2 squares of 4x4 pixels, chosen by a hash of their position.
+        /// Sampling stride: 1 reads every pixel, 2 one of 2x2 squares of 4x4 pixels, chosen by a hash of their place.
         /// At least 900,000 pixels are read: in small images the stride is less. Pixels are skipped and not averaged,
         /// because a mean of light before the logarithm is too bright. When a picture of lines moves by a pixel, the
         /// exposure changes by at most 0.05 stops.

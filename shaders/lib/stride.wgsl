@@ -2,7 +2,7 @@
 // smaller image. Single pixels far from each other would take as long as all: memory is read by lines. Pixels are not
 // averaged, because a mean of light before a logarithm is too bright.
 //
-// A regular grid aliases: of a picture of lines it sees either all lines or none. So the square of a cell is chosen by a
+// A regular grid aliases: of a picture of lines it sees all lines or none. So the square of a cell is chosen by a
 // hash, the same in every frame. In each block of `step` times `step` cells, every row, every column and every position
 // in a cell is chosen once: lines along an axis are counted exactly.
 #import noise

@@ -61,7 +61,7 @@ fn add_charts(sequences: &mut SequenceOptions, graph: &Graph) {
         sequences.charts = true;
     } else {
         note(
-            "note: the pipeline cannot take the charts of `--charts`; lamps, dots, lines and motion may exceed the claims",
+            "note: the pipeline cannot take `--charts`; lamps, dots, lines and motion may exceed the claims",
         );
     }
 }

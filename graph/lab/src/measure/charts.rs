@@ -112,7 +112,7 @@ fn pan(x: u32, y: u32, frame: u32) -> [f32; 3] {
     texture(x as f32 + speed * frame as f32, y as f32, 0)
 }
 
-/// A picture, four others, and the first again five stops brighter, each after another number of frames, without notice.
+/// A picture, four others, and the first again five stops brighter, after unequal numbers of frames, without notice.
 fn cuts(x: u32, y: u32, frame: u32) -> [f32; 3] {
     let (picture, stops) = match frame {
         0..3 => (0, 0),
