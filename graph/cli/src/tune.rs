@@ -60,9 +60,7 @@ fn add_charts(sequences: &mut SequenceOptions, graph: &Graph) {
         sequences.scene |= sequences.images.is_empty();
         sequences.charts = true;
     } else {
-        note(
-            "note: the pipeline cannot take `--charts`; lamps, dots, lines and motion may exceed the claims",
-        );
+        note("note: the pipeline cannot take `--charts`; lamps, dots, lines and motion may exceed the claims");
     }
 }
 
