@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // The tiers follow a budget, from the worst picture to the best. What they cost is learned.
-    post.govern(budget, &["low", "high", "ultra"])?;
+    post.govern(budget, &["high", "ultra"])?;
     let (begin, mut before, mut last) = (Instant::now(), 0.0, None);
     while begin.elapsed() < Duration::from_secs_f64(seconds) {
         let time = begin.elapsed().as_secs_f64();
