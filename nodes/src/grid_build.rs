@@ -3,8 +3,7 @@
 use afterimage_graph::node::ComputePass;
 use afterimage_graph::prelude::*;
 
-use crate::metering::EXPOSED_OR_METERED;
-use crate::metering::{sampled, stride};
+use crate::metering::{EXPOSED_OR_METERED, sampled, stride};
 
 static SHADER: Shader = shader!("grid_build");
 static PARTS: Shader = shader!("grid_build_parts");

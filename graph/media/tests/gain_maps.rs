@@ -54,7 +54,7 @@ fn segments(file: &[u8]) -> Vec<(usize, &[u8])> {
     found
 }
 
-/// What follows the mark in the segment that begins with it, and the place of that.
+/// The bytes after the mark in the segment that begins with it, and their place.
 fn body<'a>(file: &'a [u8], mark: &[u8]) -> (usize, &'a [u8]) {
     let found = segments(file).into_iter().find_map(|(at, body)| Some((at + mark.len(), body.strip_prefix(mark)?)));
     found.unwrap_or_else(|| panic!("no segment begins with {}", String::from_utf8_lossy(mark)))

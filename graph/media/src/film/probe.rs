@@ -103,7 +103,7 @@ impl Film {
         Ok(Self { path, size, times, bits, codec, states_color, aspect, layout, weights, color, notes })
     }
 
-    /// What its headers say, in the form of images.
+    /// Its headers, described as those of images are.
     pub fn description(&self) -> Description {
         let samples = match self.bits {
             8 => "8 bits",

@@ -120,7 +120,7 @@ impl InputPanel {
     }
 }
 
-/// What to tell about a file: that an input has it, or why none has.
+/// The message about a file: that an input has it, or why none has.
 pub(super) type Told = Result<String, String>;
 
 /// Gives an input a file.
