@@ -71,8 +71,8 @@ node_kind! {
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
-            DownsampleFilter::Binomial,
-            [DownsampleFilter::Tap13, DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
+            DownsampleFilter::Tap13,
+            [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
         );
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);

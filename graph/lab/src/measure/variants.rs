@@ -151,9 +151,11 @@ fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Sw
         let mut values = vec![quality.exact.clone()];
         values.extend(quality.cheaper.iter().cloned());
         let written = node.instance.values()[at].clone();
-        // A value that the kind does not list is assumed to be between the most accurate and the cheaper ones.
+        // A choice that the kind does not list is another picture, which errors are measured against. A number is
+        // assumed to be between the most accurate and the cheaper ones.
         if !values.contains(&written) {
-            values.insert(1, written.clone());
+            let is_choice = matches!(written, Value::Choice(_));
+            values.insert(usize::from(!is_choice), written.clone());
         }
         let choices = values.into_iter().map(SwitchValue::Value).collect();
         let key = format!("{}.{}", node.name, param.name);
