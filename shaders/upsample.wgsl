@@ -29,15 +29,25 @@ fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
     return clamp(params.own * level + params.rest * rest, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }
 
-// The level with the weights 1 2 1 along each axis: four taps at the corners of a texel.
-fn upsample_smoothed(t: texture_2d<f32>, s: sampler, at: Point, is_open: bool) -> vec4f {
-    let half = 0.5 / vec2f(textureDimensions(t));
+// The mean of nine taps 14/11 of a texel apart: weights of 1/11 8/33 1/3 8/33 1/11 along each axis.
+fn upsample_mean(t: texture_2d<f32>, s: sampler, at: Point, is_open: bool) -> vec4f {
+    let apart = 14.0 / 11.0 / vec2f(textureDimensions(t));
     var sum = vec4f();
-    for (var corner = 0u; corner < 4u; corner++) {
-        let uv = at.uv + (2.0 * vec2f(vec2u(corner & 1u, corner >> 1u)) - 1.0) * half;
-        if is_open { sum += tap_open(t, s, uv); } else { sum += tap(t, s, uv); }
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let uv = at.uv + vec2f(f32(x), f32(y)) * apart;
+            if is_open { sum += tap_open(t, s, uv); } else { sum += tap(t, s, uv); }
+        }
     }
-    return 0.25 * sum;
+    return sum / 9.0;
+}
+
+fn upsample_smooth(joined: texture_2d<f32>, joined_sampler: sampler, at: Point) -> vec4f {
+    return upsample_mean(joined, joined_sampler, at, true);
+}
+
+fn upsample_edge_smooth(joined: texture_2d<f32>, joined_sampler: sampler, at: Point) -> vec4f {
+    return upsample_mean(joined, joined_sampler, at, false);
 }
 
 fn upsample_bilinear(
@@ -99,76 +109,4 @@ fn upsample_edge_whole(
     params: Upsample,
 ) -> vec4f {
     return upsample_join(level, tap_whole_tent(coarser, coarser_sampler, at, upsample_taps(params), false), params);
-}
-
-fn upsample_smooth_bilinear(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = tap_open(coarser, coarser_sampler, at.uv);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, true), rest, params);
-}
-
-fn upsample_smooth_tent(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = upsample_tap_tent(coarser, coarser_sampler, at.uv, params.radius, true);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, true), rest, params);
-}
-
-fn upsample_smooth_whole(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = tap_whole_tent(coarser, coarser_sampler, at, upsample_taps(params), true);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, true), rest, params);
-}
-
-fn upsample_smooth_edge_bilinear(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = tap(coarser, coarser_sampler, at.uv);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, false), rest, params);
-}
-
-fn upsample_smooth_edge_tent(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = upsample_tap_tent(coarser, coarser_sampler, at.uv, params.radius, false);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, false), rest, params);
-}
-
-fn upsample_smooth_edge_whole(
-    level: texture_2d<f32>,
-    level_sampler: sampler,
-    coarser: texture_2d<f32>,
-    coarser_sampler: sampler,
-    at: Point,
-    params: Upsample,
-) -> vec4f {
-    let rest = tap_whole_tent(coarser, coarser_sampler, at, upsample_taps(params), false);
-    return upsample_join(upsample_smoothed(level, level_sampler, at, false), rest, params);
 }

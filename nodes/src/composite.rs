@@ -31,8 +31,9 @@ node_kind! {
         pub blend: CompositeBlend = CompositeBlend::Add;
         /// For `Add` and `Screen`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
         pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), neutral(0.0);
-        /// The filter that resamples the light.
-        pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
+        /// The filter that resamples the light. `Bilinear` is for light that is smooth, as of an `Upsample` with
+        /// `smooth` or a blur: it shows the grid of other light, which pulses as it moves.
+        pub filter: UpsampleFilter = UpsampleFilter::Tent;
         /// Distance between the reads of the tent.
         pub radius: f32 = 1.0
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom"),

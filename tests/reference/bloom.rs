@@ -1,6 +1,7 @@
 //! Bloom: what glows, the chain of levels and the composite (formula book, 12); glare (14).
 
 use super::color::luminance;
+use super::gaussian::blur_axis;
 use super::image::{Image, mix4, rgb};
 use super::math::{Rgb, largest, mix, smooth_step};
 use super::resample::{Down, Firefly, Up, downsample, downsample_karis, half_size, upsample};
@@ -71,6 +72,13 @@ pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radi
     let weighted = |(level, weight): (&Image, &f64)| level.map(|pixel| pixel.map(|x| weight * x));
     let weighted: Vec<Image> = levels.iter().zip(weights).map(weighted).collect();
     join(&weighted, filter, radius, |a, b| [0, 1, 2, 3].map(|i| a[i] + b[i]))
+}
+
+/// What `smooth` of `Upsample` promises: weights of 1/11, 8/33, 1/3, 8/33 and 1/11 along each axis.
+pub(crate) fn smoothed(bloom: &Image) -> Image {
+    let half = [1.0 / 3.0, 8.0 / 33.0, 1.0 / 11.0];
+    let across = blur_axis(&bloom.with_open_beyond(), &half, [1, 0]);
+    blur_axis(&across.with_open_beyond(), &half, [0, 1])
 }
 
 fn join(levels: &[Image], filter: Up, radius: f64, combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4]) -> Image {

@@ -6,7 +6,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
 use super::scene;
-use crate::reference::bloom::{composite_add, knee_weight, levels, weighted_chain};
+use crate::reference::bloom::{composite_add, knee_weight, levels, smoothed, weighted_chain};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
 use crate::reference::curves::{Uchimura, matched_scale, uchimura, whitened};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
@@ -133,7 +133,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let bloom = glow(&bright, Node(graph, "mips"), Node(graph, "bloom").number("radius"));
     let node = Node(graph, "lit");
     let size = [seen.width, seen.height];
-    let bloom = upsample(&bloom.with_open_beyond(), size, Up::Tent, node.number("radius"));
+    let bloom = upsample(&smoothed(&bloom).with_open_beyond(), size, Up::Bilinear, 1.0);
     let strength = node.number("strength");
     Image::new(seen.width, seen.height, |x, y| {
         let [base, glow] = [local, &bloom].map(|image| image.texel(x as i64, y as i64));

@@ -23,6 +23,10 @@ fn upsample_joins_levels_as_its_cpu_reference() {
         let added = nodes(&format!("blend: Add, filter: {name}, radius: 1.25"));
         check(&added, SAMPLED, |image| bloom::additive_chain(&mips(image), up, 1.25));
     }
+    let smooth = nodes("blend: Add, filter: Tent, smooth: true");
+    check(&smooth, SAMPLED, |image| bloom::smoothed(&bloom::additive_chain(&mips(image), Up::Tent, 1.0)));
+    let alone = nodes("blend: Add, smooth: true").replace("levels: 4", "levels: 1");
+    check(&alone, SAMPLED, |image| bloom::smoothed(&mips(image)[0]));
     check(&nodes("spread: 0.0"), SAMPLED, |image| mips(image).swap_remove(0));
     check(&nodes("spread: 1.0"), SAMPLED, |image| bloom::lerp_chain(&mips(image), 1.0, Up::Tent, 1.0));
 }
