@@ -44,7 +44,7 @@ fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
         println!("{name}: the glow varies by {:.1} %, with weights by {:.1} %", 100.0 * after, 100.0 * before);
         assert!(before > 0.3 && after < 0.05, "{name}: {before} {after}");
     }
-    for (name, most) in [("hdr.ron", 0.02), ("mobile.ron", 0.02), ("cookbook.ron", 0.02), ("glare.ron", 0.22)] {
+    for (name, most) in [("hdr.ron", 0.02), ("mobile.ron", 0.02), ("cookbook.ron", 0.02), ("glare.ron", 0.08)] {
         let off = variation(&moving_glow(&text(name)));
         println!("{name}: the glow varies by {:.1} %", 100.0 * off);
         assert!(off < most, "{name}: {off}");
