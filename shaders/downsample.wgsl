@@ -91,8 +91,13 @@ fn downsample_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point, 
     return downsample_square(source, source_sampler, at, 0.0, 0.0, params);
 }
 
+// Weights 1 3 3 1 of texels along each axis: a tap 3/4 of a texel from the center weighs two as 3 to 1.
 fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {
-    return tap_narrow_tent(source, source_sampler, at.uv, 1.0, params.edge == 0.0);
+    let upper = downsample_tap(source, source_sampler, at, -0.75, -0.75, params)
+        + downsample_tap(source, source_sampler, at, 0.75, -0.75, params);
+    let lower = downsample_tap(source, source_sampler, at, -0.75, 0.75, params)
+        + downsample_tap(source, source_sampler, at, 0.75, 0.75, params);
+    return 0.25 * (upper + lower);
 }
 
 fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Downsample) -> vec4f {

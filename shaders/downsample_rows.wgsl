@@ -134,6 +134,25 @@ fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, texels: Sq
     return sum * (1.0 / weights);
 }
 
+// The weights 1 3 3 1 along each axis: down in each column of the square, with what the square before has left, then
+// across.
+fn downsample_rows_tap9(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
+    let left = (*state).inner + texels.upper_left;
+    let right = (*state).outer + texels.upper_right;
+    (*state).inner = (*state).lower_left + 3.0 * (texels.upper_left + texels.lower_left);
+    (*state).outer = (*state).lower_right + 3.0 * (texels.upper_right + texels.lower_right);
+    (*state).lower_left = texels.lower_left;
+    (*state).lower_right = texels.lower_right;
+    let scale = 1.0 / 64.0;
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + invocation, scale * left);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + invocation, scale * right);
+    workgroupBarrier();
+    let after = downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(invocation));
+    let before = downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation));
+    workgroupBarrier();
+    return 3.0 * scale * (left + right) + (after + before);
+}
+
 // The weights 1 5 10 10 5 1 along each axis: down in each column of the square, with what the squares before have left
 // in `inner` and `lower_left` for the left column and in `outer` and `lower_right` for the right one, then across.
 fn downsample_rows_binomial(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {

@@ -29,17 +29,31 @@ fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
     return clamp(params.own * level + params.rest * rest, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }
 
+// Three taps of a row, each with its weight.
+fn upsample_row(t: texture_2d<f32>, s: sampler, x: vec3f, y: f32, across: vec3f) -> vec4f {
+    let sides = across.x * tap(t, s, vec2f(x.x, y)) + across.z * tap(t, s, vec2f(x.z, y));
+    return sides + across.y * tap(t, s, vec2f(x.y, y));
+}
+
 // The mean of nine taps 14/11 of a texel apart: weights of 1/11 8/33 1/3 8/33 1/11 along each axis.
 fn upsample_mean(t: texture_2d<f32>, s: sampler, at: Point, is_open: bool) -> vec4f {
-    let apart = 14.0 / 11.0 / vec2f(textureDimensions(t));
-    var sum = vec4f();
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            let uv = at.uv + vec2f(f32(x), f32(y)) * apart;
-            if is_open { sum += tap_open(t, s, uv); } else { sum += tap(t, s, uv); }
-        }
+    let size = vec2f(textureDimensions(t));
+    let here = at.uv * size;
+    let before = here - 14.0 / 11.0;
+    let after = here + 14.0 / 11.0;
+    var across = vec3f(1.0 / 3.0);
+    var down = across;
+    if is_open {
+        let first = tap_inside(before, size);
+        let middle = tap_inside(here, size);
+        let last = tap_inside(after, size);
+        across *= vec3f(first.x, middle.x, last.x);
+        down *= vec3f(first.y, middle.y, last.y);
     }
-    return sum / 9.0;
+    let x = vec3f(before.x, here.x, after.x) / size.x;
+    let y = vec3f(before.y, here.y, after.y) / size.y;
+    let rows = down.x * upsample_row(t, s, x, y.x, across) + down.y * upsample_row(t, s, x, y.y, across);
+    return rows + down.z * upsample_row(t, s, x, y.z, across);
 }
 
 fn upsample_smooth(joined: texture_2d<f32>, joined_sampler: sampler, at: Point) -> vec4f {

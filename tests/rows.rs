@@ -256,6 +256,7 @@ fn a_halving_by_rows_is_as_in_the_cpu_reference() {
     for (name, filter, firefly) in [
         ("Tap13", Down::ThirteenTap, Firefly::Off),
         ("Tap13", Down::ThirteenTap, Firefly::Groups),
+        ("Tap9", Down::NineTap, Firefly::Off),
         ("Tap4", Down::FourTap, Firefly::Off),
         ("Box", Down::Box, Firefly::Off),
         ("Binomial", Down::Binomial, Firefly::Off),

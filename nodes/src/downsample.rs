@@ -13,7 +13,7 @@ choices! {
         Box,
         /// 4x4 texels of equal weight, 4 reads.
         Tap4,
-        /// A 3x3 tent of reads, 4x4 texels.
+        /// 4x4 texels with the weights 1 3 3 1 along each axis, 4 reads: a tent.
         Tap9,
         /// Five overlapping squares, 6x6 texels, 13 reads: the least aliasing (Jimenez, 2014).
         Tap13,
@@ -186,6 +186,7 @@ impl Downsample {
         let function = match self.function(is_first) {
             "downsample_box" => "downsample_rows_box",
             "downsample_tap4" => "downsample_rows_tap4",
+            "downsample_tap9" => "downsample_rows_tap9",
             "downsample_tap13" => "downsample_rows_tap13",
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             "downsample_binomial" => "downsample_rows_binomial",
