@@ -5,6 +5,7 @@
 mod atomic;
 mod budget;
 mod described;
+mod dpx;
 mod exr_attributes;
 mod exr_layouts;
 mod exr_read;

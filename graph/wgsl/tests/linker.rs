@@ -184,7 +184,7 @@ fn errors_of_imports_have_a_place() {
         ("import super::steps::{};", (1, 23), "an import is a path"),
         ("import super::steps::{step half};", (1, 28), "an import is a path"),
         ("import super::steps::step as super::x;", (1, 30), "an import is a path"),
-        ("import super::steps::step", (1, 15), "an import is a path"),
+        ("import super::steps::step", (2, 1), "an import is a path"),
         ("import a::b::c::d::e::f::g::h::i;", (1, 8), "a path has at most 8 names"),
         (
             "import super::steps::step;\nimport package::lib::steps::step;",

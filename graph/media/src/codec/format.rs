@@ -33,6 +33,8 @@ listed! {
         Jpeg,
         /// TIFF: codes of a transfer function, or linear color in floats.
         Tiff,
+        /// DPX: codes of film, of a transfer function, or linear ones. Such files are read, and not written.
+        Dpx,
     }
 }
 
@@ -45,6 +47,7 @@ impl ImageFormat {
             Self::Png => &["png"],
             Self::Jpeg => &["jpg", "jpeg"],
             Self::Tiff => &["tif", "tiff"],
+            Self::Dpx => &["dpx"],
         }
     }
 
@@ -56,6 +59,7 @@ impl ImageFormat {
             Self::Png => &[b"\x89PNG\r\n\x1a\n"],
             Self::Jpeg => &[b"\xff\xd8\xff"],
             Self::Tiff => &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
+            Self::Dpx => &[b"SDPX", b"XPDS"],
         }
     }
 
@@ -67,6 +71,7 @@ impl ImageFormat {
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
             Self::Tiff => "TIFF",
+            Self::Dpx => "DPX",
         }
     }
 
@@ -75,7 +80,7 @@ impl ImageFormat {
     pub fn depths(self) -> &'static [u32] {
         match self {
             Self::Exr => &[16, 32],
-            Self::Hdr => &[],
+            Self::Hdr | Self::Dpx => &[],
             Self::Png => &[8, 16],
             Self::Jpeg => &[8],
             Self::Tiff => &[8, 16, 32],
@@ -87,7 +92,7 @@ impl ImageFormat {
     pub fn is_encoded(self) -> bool {
         match self {
             Self::Exr | Self::Hdr => false,
-            Self::Png | Self::Jpeg | Self::Tiff => true,
+            Self::Png | Self::Jpeg | Self::Tiff | Self::Dpx => true,
         }
     }
 

@@ -1,10 +1,12 @@
-//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG, JPEG or TIFF file into a [`Picture`],
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG, JPEG, TIFF or DPX file into a
+//! [`Picture`],
 //! [`encode`] turns an [`Image`] into bytes. Nothing here uses the file system.
 
 mod chromaticities;
 pub(crate) mod cicp;
 mod codes;
 mod description;
+mod dpx;
 pub(crate) mod encoding;
 mod error;
 mod exr;
@@ -56,7 +58,7 @@ pub use statistics::ChannelStatistics;
 pub(crate) use write::encode_with_notes;
 pub use write::{encode, row_writer};
 
-/// Decodes an EXR, Radiance, PNG, JPEG or TIFF file; the first bytes decide the format. `layer` names a layer, a part
+/// Decodes an EXR, Radiance, PNG, JPEG, TIFF or DPX file; the first bytes decide the format. `layer` names a layer, a part
 /// or a channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
@@ -78,6 +80,7 @@ pub fn decode(
         (ImageFormat::Png, None) => png::decode(reader, options),
         (ImageFormat::Jpeg, None) => jpeg::decode(reader, options),
         (ImageFormat::Tiff, None) => tiff::decode(reader, options),
+        (ImageFormat::Dpx, None) => dpx::decode(reader, options),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
@@ -146,6 +149,7 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (ImageFormat::Png, None) => png::describe(reader),
         (ImageFormat::Jpeg, None) => jpeg::describe(reader),
         (ImageFormat::Tiff, None) => tiff::describe(reader),
+        (ImageFormat::Dpx, None) => dpx::describe(reader),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
