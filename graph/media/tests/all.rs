@@ -13,6 +13,8 @@ mod exr_write;
 mod formats;
 mod gain_maps;
 mod hostile;
+#[cfg(feature = "jxl")]
+mod jxl;
 mod labels;
 mod layers;
 mod names;

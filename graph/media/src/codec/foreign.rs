@@ -53,7 +53,8 @@ const ALL: [ForeignFormat; 9] = [
     },
     ForeignFormat {
         what: "a JPEG XL",
-        way: "convert it with all of its bits: `djxl IN.jxl OUT.png`, or `OUT.exr` for light",
+        way: "a program that was built with `--features jxl` reads it; else convert it with all of its bits: \
+              `djxl IN.jxl OUT.png`, or `OUT.exr` for light",
         endings: &["jxl"],
         signatures: &[(0, b"\xff\x0a"), (4, b"JXL ")],
     },

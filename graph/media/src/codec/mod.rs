@@ -16,6 +16,8 @@ mod format;
 mod hdr;
 pub(crate) mod icc;
 mod jpeg;
+#[cfg(feature = "jxl")]
+mod jxl;
 mod light_level;
 pub mod limits;
 mod metered;
@@ -81,6 +83,10 @@ pub fn decode(
         (ImageFormat::Jpeg, None) => jpeg::decode(reader, options),
         (ImageFormat::Tiff, None) => tiff::decode(reader, options),
         (ImageFormat::Dpx, None) => dpx::decode(reader, options),
+        #[cfg(feature = "jxl")]
+        (ImageFormat::Jxl, None) => jxl::decode(reader, options),
+        #[cfg(not(feature = "jxl"))]
+        (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
@@ -150,6 +156,10 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (ImageFormat::Jpeg, None) => jpeg::describe(reader),
         (ImageFormat::Tiff, None) => tiff::describe(reader),
         (ImageFormat::Dpx, None) => dpx::describe(reader),
+        #[cfg(feature = "jxl")]
+        (ImageFormat::Jxl, None) => jxl::describe(reader),
+        #[cfg(not(feature = "jxl"))]
+        (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
