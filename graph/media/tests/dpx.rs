@@ -19,15 +19,8 @@ struct Layout {
     size: (u32, u32),
 }
 
-const RGB10: Layout = Layout {
-    is_little: false,
-    bits: 10,
-    descriptor: 50,
-    packing: 1,
-    transfer: LINEAR,
-    orientation: 0,
-    size: (3, 2),
-};
+const RGB10: Layout =
+    Layout { is_little: false, bits: 10, descriptor: 50, packing: 1, transfer: LINEAR, orientation: 0, size: (3, 2) };
 
 impl Layout {
     fn channels(self) -> usize {
@@ -143,7 +136,8 @@ fn codes_of_every_layout_come_back_in_every_size() {
                 let layout = Layout { is_little, bits, descriptor, packing, size, ..RGB10 };
                 let last = (1_u32 << bits) - 1;
                 let count = size.0 as usize * size.1 as usize * layout.channels();
-                let codes: Vec<u16> = (0..count as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 9 & last) as u16).collect();
+                let codes: Vec<u16> =
+                    (0..count as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 9 & last) as u16).collect();
                 let file = layout.of_codes(&codes);
                 let found = read_apart(&folder, &file).pixels.to_f32();
                 let signal = |code: u16| f32::from(code) / last as f32;

@@ -25,14 +25,8 @@ const ALPHA: &str = "\
     0000000c4a584c200d0a870a00000014667479706a786c20000000006a786c20000000406a786c63ff0a0840b0a0b810\
     08081000a8004b12c582852456713b000046e6cabf0f00a5412f186831c48f06090eb8ca71156dba12a742c96c050641";
 
-const CODES: [[u16; 3]; 6] = [
-    [0, 1, 65535],
-    [1000, 30000, 50000],
-    [65535, 0, 257],
-    [5, 6, 7],
-    [40000, 40001, 39999],
-    [12345, 54321, 33333],
-];
+const CODES: [[u16; 3]; 6] =
+    [[0, 1, 65535], [1000, 30000, 50000], [65535, 0, 257], [5, 6, 7], [40000, 40001, 39999], [12345, 54321, 33333]];
 const ALPHA_CODES: [[u8; 4]; 6] = [
     [207, 21, 45, 60],
     [46, 205, 222, 149],
@@ -72,7 +66,10 @@ fn codes_of_every_space_are_those_that_were_encoded() {
             }
         }
         let described = read_description(&Source::file(folder.file("a.jxl"))).unwrap();
-        assert_eq!((described.format, described.color, described.stated_by), ("JPEG XL", Some(color), Some("color encoding")));
+        assert_eq!(
+            (described.format, described.color, described.stated_by),
+            ("JPEG XL", Some(color), Some("color encoding"))
+        );
     }
 }
 

@@ -60,8 +60,7 @@ impl SourceFile {
 
     /// Returns whether both have the same text and import the same files if they bring the same library.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-            || (self.folder == other.folder && self.name == other.name && self.text == other.text)
+        std::ptr::eq(self, other) || (self.folder == other.folder && self.name == other.name && self.text == other.text)
     }
 
     /// A file in a folder of its package.

@@ -174,9 +174,10 @@ mod tests {
 
     #[test]
     fn a_path_without_space_is_one_name() {
-        assert_eq!(words("a::b1::_c(x)+a:: b a::1 a::"), [
-            "a::b1::_c", "(", "x", ")", "+", "a", ":", ":", "b", "a", ":", ":", "1", "a", ":", ":"
-        ]);
+        assert_eq!(
+            words("a::b1::_c(x)+a:: b a::1 a::"),
+            ["a::b1::_c", "(", "x", ")", "+", "a", ":", ":", "b", "a", ":", ":", "1", "a", ":", ":"]
+        );
         assert_eq!(words("x: vec2f, y:f32"), ["x", ":", "vec2f", ",", "y", ":", "f32"]);
     }
 

@@ -111,9 +111,11 @@ fn a_file_brings_a_library_beside_that_of_the_framework() {
         ("color", "import package::deep::deep;\nfn luminance(c: vec3f) -> f32 { return c.x * deep(); }"),
         ("deep", "import afterimage::math::power;\nfn deep() -> f32 { return power(2.0, 3.0); }"),
     ]);
-    static OWN: Shader =
-        Shader::new("own.wgsl", "import super::color::luminance;\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }")
-            .with_library(&LIBRARY);
+    static OWN: Shader = Shader::new(
+        "own.wgsl",
+        "import super::color::luminance;\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }",
+    )
+    .with_library(&LIBRARY);
     let text = "fn f(c: vec4f) -> vec4f { return vec4f(afterimage::color::luminance(c.rgb)); }";
     let other = shader("other.wgsl", text);
     let linked = calling(&[(&OWN, "f(vec4f())"), (&other, "f(vec4f())")]);
@@ -140,7 +142,8 @@ fn run(i: Invocation) -> f32 {{ return {call}(f32(i.index + WORKGROUP_ROW)); }}"
 /// The files of a kind's folder, of which this one imports, and what generated code calls.
 fn with_files(text: &str) -> Shader {
     let file = |(name, text): (&str, &str)| (name.to_owned(), text.to_owned());
-    let own = [("kinds/own/steps.wgsl", "fn step(x: f32) -> f32 { return super::other::half() * x; }\nconst MOST = 8.0;")];
+    let own =
+        [("kinds/own/steps.wgsl", "fn step(x: f32) -> f32 { return super::other::half() * x; }\nconst MOST = 8.0;")];
     let own = own.into_iter().chain([("kinds/own/other.wgsl", "fn half() -> f32 { return 0.5; }")]).map(file);
     let shared = [("kinds/lib/steps.wgsl", "import super::shares::third;\nfn step() -> f32 { return third; }")];
     let shared = shared.into_iter().chain([("kinds/lib/shares.wgsl", "const third = 0.3;")]).map(file);
@@ -172,7 +175,11 @@ fn f(v: vec4f) -> vec4f { return v * power(raise(2.0, 3.0)); }",
 #[test]
 fn errors_of_imports_have_a_place() {
     for (text, place, message) in [
-        ("\n  import super::nothing::a;", (2, 17), "no shared file is called `super::nothing`; there are `super::steps`"),
+        (
+            "\n  import super::nothing::a;",
+            (2, 17),
+            "no shared file is called `super::nothing`; there are `super::steps`",
+        ),
         ("import afterimage::colour::luminance;", (1, 20), "did you mean `afterimage::color`?"),
         ("import color::luminance;", (1, 8), "no shared file is called `color`; did you mean `afterimage::color`?"),
         ("import super::{steps::{MOST, stop}};", (1, 30), "`super::steps` declares no `stop`; did you mean `step`?"),

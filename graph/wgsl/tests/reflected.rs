@@ -304,7 +304,8 @@ fn words_of_the_language_are_no_free_names() {
     for name in ["let", "fn", "struct", "target", "1a", "a b", "__a", "", "a-b", "_"] {
         assert!(!is_free_name(name), "{name}");
     }
-    let text = "import super :: a::{b as c, d::{e},}; import package::lib::g;\nfn f() -> super::h::T { return c() + g::i(); }";
+    let text =
+        "import super :: a::{b as c, d::{e},}; import package::lib::g;\nfn f() -> super::h::T { return c() + g::i(); }";
     let paths = ["super::a::b", "super::a::d::e", "package::lib::g", "super::h::T", "package::lib::g::i"];
     assert_eq!(imports(text), paths);
     assert!(imports("import super::a::b; /*").is_empty());

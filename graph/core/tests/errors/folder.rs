@@ -117,8 +117,9 @@ fn a_doc_has_no_control_characters() {
 
 #[test]
 fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
-    let shader =
-        SHADER.replace("struct", "import super::steps::step;\nstruct").replace("params.levels - 1.0", "step(params.levels)");
+    let shader = SHADER
+        .replace("struct", "import super::steps::step;\nstruct")
+        .replace("params.levels - 1.0", "step(params.levels)");
     let steps = "import afterimage::math::power;\nfn step(length: f32) -> f32 { return power(length, 1.0) - 1.0; }\n";
     let with = |steps: &str, name: &str| {
         folder_kind_of(("posterize/node.ron", DECLARATION), &[("posterize/steps.wgsl", steps), (name, &shader)])

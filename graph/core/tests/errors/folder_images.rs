@@ -245,8 +245,9 @@ fn a_table_is_a_texture_also_under_another_name() {
                 }},
             )"#
         );
-        let shader =
-            format!("import afterimage::table;\nfn haze({arg}: {ty}, at: Point) -> vec4f {{ return vec4f(at.uv, 0.0, 1.0); }}");
+        let shader = format!(
+            "import afterimage::table;\nfn haze({arg}: {ty}, at: Point) -> vec4f {{ return vec4f(at.uv, 0.0, 1.0); }}"
+        );
         (declaration, shader)
     };
     let (declaration, shader) = counts("texture_2d<f32>", "words");

@@ -69,7 +69,8 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
 
 fn bytes(reader: impl BufRead, budget: u64) -> Result<Vec<u8>, CodecError> {
     let mut bytes = Vec::new();
-    let read = reader.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| CodecError::reading(&error))?;
+    let read =
+        reader.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| CodecError::reading(&error))?;
     if read as u64 > budget {
         return Err(too_large("the file is larger than what decoding may take"));
     }

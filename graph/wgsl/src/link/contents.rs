@@ -112,7 +112,8 @@ fn needs_workgroup(parts: &[Part<'_>], file: Instance, seen: &mut HashSet<Instan
         .find_map(|declaration| variable(part, declaration).or_else(|| name(part, declaration, &SHARED)))
         .map(|(_, why)| why);
     let imports = part.module.imports.iter().filter_map(|import| part.imported.get(&import.name));
-    let mut of_import = |(file, _): &(Instance, Symbol)| needs_workgroup(parts, *file, seen).filter(|why| *why != PRIVATE);
+    let mut of_import =
+        |(file, _): &(Instance, Symbol)| needs_workgroup(parts, *file, seen).filter(|why| *why != PRIVATE);
     own.or_else(|| imports.into_iter().find_map(&mut of_import))
 }
 

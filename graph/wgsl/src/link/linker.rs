@@ -128,8 +128,7 @@ impl<'a> Linker<'a> {
     ) -> Result<Option<(Instance, Symbol)>, ShaderError> {
         let path = import.path(file.text());
         let (name, of) = path.split_last().expect("a path has a name");
-        let error =
-            |at, message| ShaderError::new(file.name(), position(file.text(), import.at(at)), message);
+        let error = |at, message| ShaderError::new(file.name(), position(file.text(), import.at(at)), message);
         let Some((holder, of_holder)) = file.find(library, of) else {
             let is_file = file.find(library, &path).is_some();
             return if is_file { Ok(None) } else { Err(error(of.len().min(1), unknown(library, &of.join("::")))) };
@@ -312,7 +311,9 @@ fn unknown(library: Option<&Library>, path: &str) -> String {
     let near = near.map(|near| format!("did you mean {}?", quote(near)));
     let near = near.unwrap_or_else(|| format!("there are `{}`", known.join("`, `")));
     match path {
-        "" => format!("an import names a file and what it declares, as in `import afterimage::color::luminance;`; {near}"),
+        "" => {
+            format!("an import names a file and what it declares, as in `import afterimage::color::luminance;`; {near}")
+        }
         path => format!("no shared file is called {}; {near}", quote(path)),
     }
 }

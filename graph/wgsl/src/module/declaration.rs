@@ -178,7 +178,8 @@ impl Module {
         let import = self.symbol(name).and_then(|symbol| self.imported.get(&symbol));
         let Some(import) = import.map(|import| &self.imports[*import as usize]) else { return Ok(()) };
         let path = import.path(text).join("::");
-        let message = format!("`{name}` is imported, too: give that another name, as in `import {path} as other_{name};`");
+        let message =
+            format!("`{name}` is imported, too: give that another name, as in `import {path} as other_{name};`");
         Err((token.start as usize, message))
     }
 

@@ -14,7 +14,8 @@ pub(super) struct Imported {
     pub(super) name: Range<u32>,
 }
 
-const FORM: &str = "an import is a path and a semicolon, as in `import afterimage::color::{luminance, brightest as top};`";
+const FORM: &str =
+    "an import is a path and a semicolon, as in `import afterimage::color::{luminance, brightest as top};`";
 /// Names in a path: none of the framework needs more than three.
 const MAX_PATH: usize = 8;
 
