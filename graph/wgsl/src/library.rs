@@ -197,12 +197,11 @@ impl Source {
 
     /// Returns whether both bring the same files.
     pub(crate) fn has_library_of(&self, other: &Self) -> bool {
-        let files = |source: &Self| source.library().map_or(&[][..], Library::files);
         match (&self.brought, &other.brought) {
             (ImportedName::Nothing, ImportedName::Nothing) => true,
             (ImportedName::Static(own), ImportedName::Static(other)) => std::ptr::eq(*own, *other),
             _ => {
-                let (own, other) = (files(self), files(other));
+                let [own, other] = [self, other].map(|source| source.library().map_or(&[][..], Library::files));
                 own.len() == other.len() && own.iter().zip(other).all(|(own, other)| own.is_same(other))
             }
         }

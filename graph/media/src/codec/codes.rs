@@ -42,8 +42,8 @@ enum Decoding {
     Film,
 }
 
-/// Light of a signal of printing density, by Kodak's conversion for 10 bits: 0.002 of density for a code, a film of gamma
-/// 0.6, white at 685 and black at 95. It goes on above white, to 13.5, and a little below black.
+/// Light of a signal of printing density, by Kodak's conversion for 10 bits: 0.002 of density for a code, a film of
+/// gamma 0.6, white at 685 and black at 95. It goes on above white, to 13.5, and a little below black.
 fn film_to_light(signal: f64) -> f64 {
     let exposure = |code: f64| 10_f64.powf((code - 685.0) * 0.002 / 0.6);
     let black = exposure(95.0);

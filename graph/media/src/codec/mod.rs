@@ -60,8 +60,8 @@ pub use statistics::ChannelStatistics;
 pub(crate) use write::encode_with_notes;
 pub use write::{encode, row_writer};
 
-/// Decodes an EXR, Radiance, PNG, JPEG, TIFF or DPX file; the first bytes decide the format. `layer` names a layer, a part
-/// or a channel of an EXR file. `options` may be a [`Budget`] alone.
+/// Decodes an EXR, Radiance, PNG, JPEG, TIFF or DPX file; the first bytes decide the format. `layer` names a layer, a
+/// part or a channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
 /// Errors of the decoders, a layer of a format without layers, and an encoded `space` for a file of linear color. A

@@ -24,8 +24,8 @@ pub(super) struct Wrong {
     pub(super) help: Option<&'static str>,
 }
 
-const IMPORT: &str = "write `import afterimage::color::luminance;` for the library, and `import super::name::item;` for \
-                      a file beside this one";
+const IMPORT: &str = "write `import afterimage::color::luminance;` for the library, and `import super::name::item;` \
+                      for a file beside this one";
 const CONDITION: &str = "for what depends on a setting, branch on a parameter, or write two kinds";
 const MACRO: &str = "write a `const` for a value, and a function for code";
 
@@ -44,7 +44,7 @@ const DIRECTIVES: [(&str, &str); 9] = [
 const WORDS: [(&str, &str); 2] = [("include", IMPORT), ("use", IMPORT)];
 const ATTRIBUTES: [(&str, &str); 3] = [("if", CONDITION), ("elif", CONDITION), ("else", CONDITION)];
 
-/// The first use of another language on top of WGSL: conditions of WESL, a preprocessor, or imports of other frameworks.
+/// The first use of another language on top of WGSL: conditions of WESL, a preprocessor, imports of other frameworks.
 fn other_language(text: &str, tokens: &[Token]) -> Option<Wrong> {
     let word = |at: usize| tokens.get(at).filter(|token| token.kind == TokenKind::Name).map_or("", |it| it.of(text));
     let mut depth = 0_usize;

@@ -32,7 +32,7 @@ fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec
 ];
 /// Additions to the texts.
 const OTHERS: [&str; 12] =
-    ["(", ")", "{", "\"", ":", "Camera", "camera", "Image", "light", "optional", "0", "import afterimage::camera::Camera;"];
+    ["(", ")", "{", "\"", ":", "Camera", "camera", "Image", "light", "optional", "0", "import afterimage::camera;"];
 
 /// Numbers of a file, some of which are none.
 const NUMBERS: [&str; 18] = [
