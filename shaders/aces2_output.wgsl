@@ -1,7 +1,7 @@
 // ACES 2.0 output transform: J is lightness, M colorfulness. The hue is a unit vector, so that no trigonometry is
 // needed. Names and formulas are those of graph/color/src/aces2.
-#import math
-#import sampling
+import afterimage::math::{between, power, power3};
+import afterimage::sampling::texel;
 
 struct Aces2Output {
     enter0: vec4f,      // rows: Rec.709 to AP1, with the factor of the light

@@ -1,5 +1,7 @@
 // Adapts an exposure to a metered mean. The result is kept from frame to frame.
-#import metering
+import afterimage::metering::{
+    MeteringAim, metering_exponential, metering_held, metering_linear, metering_lux, metering_seconds, metering_stops,
+};
 
 struct Adapt {
     key_log2: f32,

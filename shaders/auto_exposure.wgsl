@@ -1,8 +1,11 @@
 // Computes stops from a histogram. One workgroup scans the bins, computes the mean between two percentiles and adapts
 // the exposure to it. Counts are integers and sums have a fixed order, so every run gives equal bits.
-#import math
-#import metering
-#import workgroup
+import afterimage::math::smooth_step;
+import afterimage::metering::{
+    METERING_EV100, METERING_MAX_STOPS, MeteringAim, metering_curve, metering_exponential, metering_held,
+    metering_linear, metering_lux, metering_seconds, metering_share, metering_stops,
+};
+import afterimage::workgroup::{Invocation, workgroup_scan, workgroup_sum};
 
 struct AutoExposure {
     low: f32,

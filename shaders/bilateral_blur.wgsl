@@ -1,6 +1,6 @@
 // A blur that stops at the edges of surfaces: a Gaussian along one axis and then along the other, whose weights are
 // less for what lies off the plane of the pixel's own surface, or faces another way.
-#import depth
+import afterimage::depth::{depth_inverse, depth_likeness, depth_slope};
 
 struct BilateralBlur {
     depth_threshold: f32,

@@ -1,6 +1,6 @@
 // Contrast adaptive sharpening: Lottes, "FidelityFX CAS", AMD, 2019. A pixel is sharpened less where its surroundings
 // have much contrast, or are near black or white.
-#import math
+import afterimage::math::between3;
 
 struct Cas {
     amount: f32,

@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::{bounded, bounded_power3};
 
 struct Cdl {
     slope: vec3f,

@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_light;
 
 struct ColorBalance {
     multiply: vec3f,

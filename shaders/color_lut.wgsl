@@ -1,8 +1,8 @@
-#import cube
-#import grade
-#import math
-#import shaper
-#import transfer
+import afterimage::cube::{cube_fetched, cube_tetrahedral, cube_trilinear};
+import afterimage::grade::bounded;
+import afterimage::math::between3;
+import afterimage::shaper::shape3;
+import afterimage::transfer::srgb_encode3;
 
 struct ColorLut {
     strength: f32,

@@ -1,8 +1,8 @@
 // Combines light with an image. Alpha is that of the image. Light that is added is open at its border; light that is
 // mixed is a mean, which is its nearest texel there.
-#import sanitize
-#import math
-#import tent
+import afterimage::sanitize::HALF_MAX;
+import afterimage::math::between3;
+import afterimage::tent::{TentTaps, tap_narrow_tent, tap_tent, tap_whole_tent};
 
 struct Composite {
     strength: f32,

@@ -1,14 +1,14 @@
 // The built-in scene: a loft at golden hour, a dim room with a bright window, a low sun, neon and fine detail.
 //
 // Linear Rec.709 radiance in units in which the room's grays are 0.02 to 0.3. Equal parameters give equal images.
-#import color
-#import loft
-#import loft_lamps
-#import loft_outside
-#import loft_pose
-#import loft_shade
-#import loft_surfaces
-#import ray
+import afterimage::color::brightest;
+import package::loft::{LOFT_BALL, LOFT_BALLOON, LOFT_OUTSIDE, LoftHit, loft_trace};
+import package::loft_lamps::{LoftLamps, loft_lamps, loft_sun_point};
+import package::loft_outside::loft_view;
+import package::loft_pose::{LoftPose, loft_pose};
+import package::loft_shade::{loft_haze, loft_lit};
+import package::loft_surfaces::{LoftSurface, loft_surface};
+import package::ray::{Ray, ray_direction};
 
 struct DemoScene {
     time: f32,   // seconds; animates the neon's flicker and the dust in the sunbeam

@@ -4,10 +4,10 @@
 //
 // After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon:
 // Sousa, "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
-#import depth
-#import front
-#import grade
-#import math
+import afterimage::depth::depth_at;
+import afterimage::front::{FRONT_SOFT, front_beside, front_is_before};
+import afterimage::grade::bounded_scene;
+import afterimage::math::between;
 
 struct DepthOfField {
     focus: f32,

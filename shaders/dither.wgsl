@@ -1,4 +1,4 @@
-#import noise
+import afterimage::noise::hash3;
 
 struct Dither {
     bits: u32,

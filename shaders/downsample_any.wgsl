@@ -3,8 +3,8 @@
 // two, and nine taps are a tent. A filter is integrated over each texel of the source, and texels at its ends count in
 // part. Boxes of whole texels of the result cover the source evenly, so the weights of each texel of the source, except
 // at the border, add up to the same sum: energy is kept, and a light that moves does not flicker.
-#import color
-#import tent
+import afterimage::color::brightest;
+import afterimage::tent::tent_weight;
 
 struct DownsampleAnyBorder {
     edge: f32,   // 1 if the nearest texel lies beyond the border, and 0 if the image is open

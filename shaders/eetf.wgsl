@@ -1,7 +1,7 @@
-#import color
-#import math
-#import oklab
-#import transfer
+import afterimage::color::brightest;
+import afterimage::math::power3;
+import afterimage::oklab::oklab_lightness;
+import afterimage::transfer::{pq_decode, pq_encode};
 
 struct Eetf {
     white_nits: f32,

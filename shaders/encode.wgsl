@@ -1,6 +1,6 @@
-#import gamut
-#import math
-#import transfer
+import afterimage::gamut::gamut_compress;
+import afterimage::math::{power, power3};
+import afterimage::transfer::{hlg_encode, pq_encode, srgb_encode3};
 
 struct Encode {
     row0: vec4f,           // the primaries of the source to those of the result

@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_scene;
 
 struct Exposure {
     stops: f32,

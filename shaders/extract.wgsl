@@ -1,8 +1,8 @@
 // Selects the light that bloom spreads: each color times a weight. Alpha passes unchanged.
-#import color
-#import sanitize
-#import math
-#import neighbors
+import afterimage::color::{brightest, luminance};
+import afterimage::sanitize::HALF_MAX;
+import afterimage::math::smooth_step;
+import afterimage::neighbors::{Around, largest_around};
 
 struct Extract {
     threshold: f32,

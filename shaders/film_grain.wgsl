@@ -1,5 +1,5 @@
-#import math
-#import noise
+import afterimage::math::smooth_step;
+import afterimage::noise::hash;
 
 struct FilmGrain {
     amount: f32,

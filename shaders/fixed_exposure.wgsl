@@ -1,5 +1,5 @@
 // The exposure of a scene of one brightness, to which the limits of a meter fix it.
-#import metering
+import afterimage::metering::{metering_lux, metering_stops};
 
 struct FixedExposure {
     key_log2: f32,

@@ -1,9 +1,9 @@
 // Fog that is uniform or thins out with the height: the light of the scene is absorbed, and light of the sky and of the
 // sun is scattered into its place. The optical depth of a ray through an exponential atmosphere has a closed form:
 // Quilez, "Better Fog", 2010. Scattering of the sun: Henyey and Greenstein, 1941.
-#import camera
-#import depth
-#import grade
+import afterimage::camera::{Camera, camera_place, camera_world};
+import afterimage::depth::depth_distance;
+import afterimage::grade::bounded_scene;
 
 struct Fog {
     density: f32,

@@ -1,7 +1,7 @@
 // Fast approximate anti-aliasing: Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found
 // by its contrast, followed along its row or column to both ends, and each pixel beside it is read at a place between
 // the two sides of the edge, by its distance from the nearer end.
-#import color
+import afterimage::color::luminance;
 
 struct Fxaa {
     subpixel: f32,

@@ -1,5 +1,5 @@
 // Blurs along one axis; two passes, one per axis, blur along both. Reads beyond the border return the border.
-#import tent
+import afterimage::tent::tap_tent;
 
 struct Gaussian {
     axis: vec2i,

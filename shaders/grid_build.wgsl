@@ -2,9 +2,9 @@
 // x, y and log2 luminance. One workgroup computes one column of cells: it reads the pixels under the column, sums them
 // in workgroup memory in fixed point, and stores the column; of tall pictures, several add to a buffer, from which
 // another pass stores it. Integer additions commute, so the result does not depend on their order.
-#import cells
-#import color
-#import stride
+import afterimage::cells::cell_first;
+import afterimage::color::level_luminance;
+import afterimage::stride::{stride_pixel, stride_size};
 
 struct GridBuild {
     lo: f32,

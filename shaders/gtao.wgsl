@@ -2,9 +2,12 @@
 // the share of cosine-weighted light between them in closed form. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime
 // Strategies for Accurate Indirect Occlusion", 2016. Horizons fall back to the surface's own where occluders fade out
 // at the radius.
-#import camera
-#import depth
-#import surface
+import afterimage::camera::{Camera, camera_uv_apart};
+import afterimage::depth::depth_inverse;
+import afterimage::surface::{
+    SURFACE_FARTHEST, surface_given_normal, surface_normal, surface_pixel, surface_place, surface_toward, surface_turn,
+    surface_unit,
+};
 
 struct Gtao {
     radius: f32,

@@ -1,8 +1,8 @@
 // Halation: light that passes the emulsion of a film, is reflected by the back of its base and exposes the film again
 // around the place where it arrived.
-#import grade
-#import math
-#import tent
+import afterimage::grade::bounded_scene;
+import afterimage::math::mean3;
+import afterimage::tent::tap_tent;
 
 struct Halation {
     strength: f32,

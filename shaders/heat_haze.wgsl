@@ -1,6 +1,6 @@
 // Hot air bends light: the place where the light of a pixel comes from wavers with the time. Two octaves of value noise
 // rise through the image, each of both directions with noise of its own.
-#import noise
+import afterimage::noise::noise;
 
 struct HeatHaze {
     strength: f32,

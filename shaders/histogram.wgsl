@@ -1,10 +1,10 @@
 // Counts the pixels of each luminance. A workgroup counts a tile, 64 pixels wide, in workgroup memory. Then it adds
 // only the used bins to the table, because these additions serialize all workgroups. Integer additions commute, so the
 // result does not depend on the order of the tiles.
-#import color
-#import workgroup
-#import stride
-#import metering_weight
+import afterimage::color::{brightest, level_luminance, luminance};
+import afterimage::workgroup::Invocation;
+import afterimage::stride::{stride_pixel, stride_size};
+import afterimage::metering_weight::{metering_mask, metering_nearest, metering_weight};
 
 struct Histogram {
     bins: u32,

@@ -1,7 +1,7 @@
 // Dirt on the front glass: it scatters the light of bloom and flares, so that it is seen only where they are.
-#import grade
-#import math
-#import noise
+import afterimage::grade::bounded_scene;
+import afterimage::math::smooth_step;
+import afterimage::noise::{hash, hash3, noise_cell};
 
 struct LensDirt {
     strength: f32,

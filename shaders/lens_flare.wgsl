@@ -1,9 +1,9 @@
 // Reflections between the glass surfaces of a lens, from the image itself: ghosts on the line through the center, and a
 // ring. After Chapman, "Pseudo Lens Flare", 2013; ghosts have magnifications, as in Hullin et al., "Physically-Based
 // Real-Time Lens Flare Rendering", 2011.
-#import color
-#import grade
-#import math
+import afterimage::color::brightest;
+import afterimage::grade::bounded_scene;
+import afterimage::math::smooth_step;
 
 struct LensFlare {
     threshold: f32,

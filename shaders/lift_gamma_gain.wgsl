@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_power3;
 
 struct LiftGammaGain {
     lift: vec3f,

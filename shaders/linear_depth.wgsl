@@ -1,6 +1,6 @@
 // From the depth that a projection writes to the distance along the view axis.
-#import camera
-#import depth
+import afterimage::camera::{Camera, camera_distance};
+import afterimage::depth::depth_distance;
 
 fn linear_depth(depth: vec4f, camera: Camera, at: Point) -> vec4f {
     let distance = camera_distance(camera, at.uv, depth.x);

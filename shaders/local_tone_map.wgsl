@@ -1,9 +1,9 @@
 // Local tone mapping: less contrast between regions, equal or more contrast within them. The base is a share of the
 // bilateral grid plus a share of the wide Gaussian: the Gaussian has halos at edges, the grid ripples a little on
 // smooth gradients.
-#import color
-#import grade
-#import math
+import afterimage::color::level_luminance;
+import afterimage::grade::bounded_scene;
+import afterimage::math::smooth_step;
 
 struct LocalToneMap {
     contrast: f32,

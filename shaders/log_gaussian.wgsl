@@ -1,8 +1,8 @@
 // A small, wide Gaussian of log2 luminance: an average over areas, then a blur along each axis.
-#import cells
-#import color
-#import workgroup
-#import stride
+import afterimage::cells::cell_share;
+import afterimage::color::level_luminance;
+import afterimage::workgroup::{Invocation, workgroup_sum};
+import afterimage::stride::{stride_pixel, stride_size};
 
 struct LogGaussian {
     lo: f32,

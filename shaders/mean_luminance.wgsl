@@ -1,8 +1,8 @@
 // The mean luminance of an image: each workgroup sums a tile of 64x64 pixels, then one workgroup sums the tiles. Both
 // sums have a fixed order. Without weights the divisor is the exact number of pixels, so no size needs padding.
-#import color
-#import workgroup
-#import metering_weight
+import afterimage::color::luminance;
+import afterimage::workgroup::{Invocation, workgroup_sum, workgroup_sum_and_max};
+import afterimage::metering_weight::{metering_mask, metering_weight};
 
 struct MeanLuminance {
     lo: f32,

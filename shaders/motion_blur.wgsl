@@ -2,12 +2,12 @@
 // classes by depth: McGuire, Hennessy, Bukowski and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D
 // 2012; samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur
 // Filter", HPG 2014. Weights are shares of the time for which the shutter is open.
-#import camera
-#import depth
-#import front
-#import grade
-#import math
-#import noise
+import afterimage::camera::{Camera, camera_place, camera_previous_uv, camera_world};
+import afterimage::depth::{depth_at, depth_distance};
+import afterimage::front::{FRONT_SOFT, front_beside, front_is_before, front_pixel};
+import afterimage::grade::bounded_scene;
+import afterimage::math::between;
+import afterimage::noise::hash_cell;
 
 struct MotionBlur {
     samples: i32,

@@ -1,8 +1,8 @@
 // Lines along the edges of surfaces. The inverse of the depth is linear on a plane in perspective, so its second
 // difference is 0 on planes of any slope, and large at steps and folds.
-#import depth
-#import grade
-#import math
+import afterimage::depth::depth_inverse;
+import afterimage::grade::bounded_scene;
+import afterimage::math::{between3, smooth_step};
 
 struct Outline {
     amount: f32,

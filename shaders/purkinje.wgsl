@@ -1,8 +1,8 @@
 // The Purkinje shift: rods share the pathways of the cones, so that colors turn blue and lose their differences in the
 // dark. Cao, Pokorny and Smith (2008) for the retina, Kirk and O'Brien (2011) for images, Patry (2021) for games.
-#import color
-#import math
-#import sanitize
+import afterimage::color::extended_light;
+import afterimage::math::smooth_step;
+import afterimage::sanitize::HALF_MAX;
 
 struct Purkinje {
     // Rows from the model: the input of each cone's gain, the response of the rods, and their effect on Rec.709.

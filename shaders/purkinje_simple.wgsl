@@ -1,7 +1,7 @@
 // A look, not a model of night vision: less saturated, bluer and brighter as the light fades.
-#import color
-#import math
-#import sanitize
+import afterimage::color::{extended_light, luminance};
+import afterimage::math::{between3, smooth_step};
+import afterimage::sanitize::HALF_MAX;
 
 struct PurkinjeSimple {
     gray: f32,

@@ -1,5 +1,5 @@
-#import color
-#import math
+import afterimage::color::brightest;
+import afterimage::math::power3;
 
 struct ReferenceGamutCompress {
     enter0: vec4f,  // rows: Rec.709 to AP1

@@ -3,7 +3,7 @@
 // filters is that of Harris, "On the Use of Windows for Harmonic Analysis", 1978, by the distance from the pixel's
 // center (Pettineo, "Experimenting with Reconstruction Filters for MSAA Resolve", 2012). A sample with a number that is
 // NaN counts nowhere.
-#import grade
+import afterimage::grade::bounded_scene;
 
 struct Resolve {
     gain: f32,

@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::{bounded_light, bounded_scene};
 
 struct Saturation {
     amount: f32,

@@ -2,10 +2,10 @@
 // Williams, "Casting Curved Shadows on Curved Surfaces", 1978; Reeves, Salesin and Cook, "Rendering Antialiased Shadows
 // with Depth Maps", 1987. Distances along the light's axis are compared, so any projection and any direction of depth
 // will do, and biases are lengths. Penumbrae of lights of some size: Fernando, "Percentage-Closer Soft Shadows", 2005.
-#import camera
-#import depth
-#import grade
-#import surface
+import afterimage::camera::{Camera, camera_distance, camera_place, camera_uv, camera_uv_apart, camera_world};
+import afterimage::depth::depth_distance;
+import afterimage::grade::{bounded, bounded_scene};
+import afterimage::surface::{SURFACE_FARTHEST, surface_toward, surface_turn, surface_unit};
 
 struct ShadowMask {
     amount: f32,

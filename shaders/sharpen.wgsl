@@ -1,5 +1,5 @@
 // An unsharp mask whose result stays near the values around each pixel, so that edges get no halos.
-#import grade
+import afterimage::grade::bounded_scene;
 
 struct Sharpen {
     amount: f32,

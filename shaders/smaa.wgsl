@@ -1,7 +1,6 @@
 // Subpixel morphological anti-aliasing: Jimenez, Echevarria, Sousa and Gutierrez, "SMAA: Enhanced Subpixel
 // Morphological Antialiasing", 2012, without its samples in time and in the pixel. The shapes of edges are looked up in
 // tables there; here their areas are computed, which needs no table and no limit of the distance.
-#import color
 
 struct Smaa {
     threshold: f32,

@@ -1,9 +1,11 @@
 // Ambient occlusion from depth: the share of points in the hemisphere over a pixel that lie behind what the depth image
 // shows. Mittring, "Finding Next Gen", 2007; Filion and McNaughton, "Effects and Techniques", 2008. The points have a
 // low discrepancy (heights by the radical inverse, angles by the golden ratio), and lie more densely near the pixel.
-#import camera
-#import depth
-#import surface
+import afterimage::camera::{Camera, camera_uv};
+import afterimage::depth::depth_inverse;
+import afterimage::surface::{
+    SURFACE_FARTHEST, surface_given_normal, surface_normal, surface_pixel, surface_place, surface_toward, surface_turn,
+};
 
 struct Ssao {
     radius: f32,

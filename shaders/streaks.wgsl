@@ -1,7 +1,7 @@
 // Streaks of light to both sides, as anamorphic lenses make them: an exponential tail, from passes of four taps whose
 // distances grow by the factor four. The product of the passes is the whole tail: Kawase, "Frame Buffer Postprocessing
 // Effects in DOUBLE-S.T.E.A.L", GDC 2003.
-#import grade
+import afterimage::grade::{bounded, bounded_scene};
 
 struct Streaks {
     axis: vec2i,

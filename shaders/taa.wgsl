@@ -1,10 +1,10 @@
 // Temporal anti-aliasing: the result of the frame before is read where each surface was, limited to what is seen around
 // the pixel now, and a part of the new frame is mixed in. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014;
 // the limit by mean and variance: Salvi, "An Excursion in Temporal Supersampling", GDC 2016.
-#import camera
-#import depth
-#import grade
-#import math
+import afterimage::camera::{Camera, camera_place, camera_previous_uv, camera_world};
+import afterimage::depth::depth_at;
+import afterimage::grade::bounded_scene;
+import afterimage::math::{between, between3};
 
 struct Taa {
     blend: f32,

@@ -1,8 +1,10 @@
 // One section per curve: the curve for light of 0 or more, and its kernel.
-#import color
-#import math
-#import oklab
-#import transfer
+import afterimage::color::{brightest, luminance};
+import afterimage::math::{mean3, power, power3, smooth_step, soft_floor};
+import afterimage::oklab::{
+    OklabLine, oklab, oklab_at, oklab_certainty, oklab_deviation, oklab_line, oklab_of_light, oklab_share, oklab_turn,
+};
+import afterimage::transfer::{pq_decode, pq_encode};
 
 struct ToneMap {
     enter0: vec4f,     // rows: Rec.709 to the working space

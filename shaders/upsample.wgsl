@@ -1,7 +1,7 @@
 // One step from the coarsest level of a pyramid to the finest: combines a level with the result of all coarser ones.
 // Beyond their border, these are open, or with `edge` their nearest texel.
-#import sanitize
-#import tent
+import afterimage::sanitize::HALF_MAX;
+import afterimage::tent::{TentTaps, tap_narrow_tent, tap_tent, tap_whole_tent};
 
 struct Upsample {
     radius: f32,

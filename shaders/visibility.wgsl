@@ -1,8 +1,8 @@
 // Shading by the visibility of each pixel, which is in x, with the inverse of the distance in y: means on a
 // surface, a larger image, and the light that is left.
-#import depth
-#import grade
-#import math
+import afterimage::depth::{depth_inverse, depth_likeness};
+import afterimage::grade::bounded_scene;
+import afterimage::math::power;
 
 struct Visibility {
     amount: f32,

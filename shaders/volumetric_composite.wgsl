@@ -1,7 +1,7 @@
 // The scene behind a froxel volume: scattered light in rgb, the share of light that passes in alpha, both from the
 // camera to the texel. Wronski, "Volumetric Fog", 2014.
-#import depth
-#import grade
+import afterimage::depth::depth_distance;
+import afterimage::grade::bounded_scene;
 
 struct VolumetricComposite {
     near: f32,

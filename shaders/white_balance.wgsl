@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_scene;
 
 struct WhiteBalance {
     row0: vec4f,

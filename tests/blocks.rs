@@ -51,7 +51,7 @@ node_kind! {
 
 static DISTANCE: Shader = Shader::new(
     "distance.wgsl",
-    "#import camera
+    "import afterimage::camera::{Camera, camera_distance};
 struct Distance { scale: f32 }
 @group(0) @binding(0) var<uniform> eye: Camera;
 @group(0) @binding(1) var<uniform> params: Distance;

@@ -112,7 +112,7 @@ SHADERS = [
     ("let steps =", "float steps ="),
     ("let steps = params.levels - 1.0;", "let steps = params.levels - 1;\n    let x: i32 = 2.5;"),
     ("struct Posterize", "@group(0) @binding(0) var image: texture_2d<f32>;\nstruct Posterize"),
-    ("struct Posterize", "#import colour\nstruct Posterize"),
+    ("struct Posterize", "import afterimage::colour::luminance;\nstruct Posterize"),
     ("round(", "lerp("),
 ]
 DECLARATIONS = [

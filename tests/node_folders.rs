@@ -172,7 +172,7 @@ const COUNTS: &str = r#"Kind(
 )"#;
 
 /// As the probe of tables shows them.
-const COUNTS_SHADER: &str = "#import table
+const COUNTS_SHADER: &str = "import afterimage::table::{table_number, table_word};
 fn counts(histogram: texture_2d<f32>, at: Point) -> vec4f {
     let index = u32(at.pixel.x);
     if index < 4u { return vec4f(table_number(histogram, index), 0.0, 0.0, 0.0); }

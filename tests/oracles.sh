@@ -1,6 +1,6 @@
 #!/bin/sh
 # Lets OpenEXR, OpenImageIO, libpng, libjpeg-turbo, exiftool and LittleCMS read files of every format and label, those
-# of the library and those of the program; tifffile judges TIFFs, OpenColorIO the tables of `lut`, libultrahdr gain maps,
+# of the library and those of the program; tifffile judges TIFFs, ffmpeg DPX files, OpenColorIO the tables of `lut`, libultrahdr gain maps,
 # and ffprobe and PyAV films. Installs the packages of tests/oracles/requirements.txt into a virtual environment: target/oracles/venv. CI does
 # not run this. It needs Python 3 with venv and ffmpeg, and reads with exiftool where that is installed: apt-get install
 # -y python3-venv ffmpeg libimage-exiftool-perl
@@ -16,6 +16,7 @@ cargo build --quiet -p afterimage-cli
 program="$(cd "${CARGO_TARGET_DIR:-target}" && pwd)/debug/afterimage"
 "$out/venv/bin/python" tests/oracles/luts.py "$program" "$out/luts"
 "$out/venv/bin/python" tests/oracles/tiffs.py "$program" "$out/tiffs"
+"$out/venv/bin/python" tests/oracles/dpxs.py "$program" "$out/dpxs"
 "$out/venv/bin/python" tests/oracles/films.py "$program" "$out/films"
 "$out/venv/bin/python" tests/oracles/gain_maps.py "$program" "$out/gain_maps" pipelines/scenes/*.exr
 exec "$out/venv/bin/python" tests/oracles/written.py "$program" "$out/written"

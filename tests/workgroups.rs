@@ -87,7 +87,7 @@ fn a_median_by_tiles_is_the_median_of_nine() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sums_and_counts_of_a_workgroup_are_those_of_its_pixels() {
     // Beyond the border a pixel is the nearest one, and takes part as that.
-    let shader = "#import workgroup
+    let shader = "import afterimage::workgroup::Invocation;
 var<workgroup> bright: atomic<u32>;
 fn shares(source: vec4f, invocation: Invocation) -> vec4f {
     if source.x > 3.0 { atomicAdd(&bright, 1u); }
@@ -129,7 +129,7 @@ fn workgroup_total(invocation: Invocation, value: f32) -> f32 {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_index_stays_in_its_array_of_a_workgroup() {
-    let shader = "#import workgroup
+    let shader = "import afterimage::workgroup::Invocation;
 var<workgroup> first: array<f32, 32>;
 var<workgroup> second: array<f32, 32>;
 fn shares(source: vec4f, invocation: Invocation) -> vec4f {
@@ -174,7 +174,7 @@ fn a_pass_with_a_workgroup_is_dispatched_alone_also_where_others_are_drawn() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn memory_of_a_workgroup_begins_with_zeros_and_numbers_in_it_are_limited_where_they_leave() {
-    let shader = "#import workgroup
+    let shader = "import afterimage::workgroup::Invocation;
 var<workgroup> words: array<u32, 32>;
 fn shares(source: vec4f, invocation: Invocation) -> vec4f {
     let old = words[31u - invocation.index];

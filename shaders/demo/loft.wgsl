@@ -1,9 +1,8 @@
 // A loft at golden hour: its solids, and their intersections with a ray. All intersections have closed forms.
 //
 // Units are meters; x to the right, y up, z toward the viewer. The window is in the wall at z = -4.
-#import loft_pose
-#import noise
-#import ray
+import package::loft_pose::{LOFT_BALL_RADIUS, LOFT_BALLOON_RADII, LoftPose};
+import package::ray::{Ray, RAY_MISS, ray_box, ray_ellipsoid, ray_tube};
 
 struct LoftHit {
     distance: f32,

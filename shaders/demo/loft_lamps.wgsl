@@ -1,6 +1,6 @@
 // The brightness of the loft's lights: linear Rec.709 radiance in units in which the room's grays are 0.02 to 0.3.
 // Every level is for a range of 18 stops; `loft_lamps` scales them for another.
-#import noise
+import afterimage::noise::noise;
 
 // Elevation twelve degrees, twenty-four degrees to the left of the window's axis.
 const LOFT_SUN = vec3f(-0.3978485, 0.2079117, -0.8935823);

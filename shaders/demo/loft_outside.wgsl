@@ -1,6 +1,6 @@
 // The view through the loft's window: a low sun, a clear sky, hills and a city in haze.
-#import loft_lamps
-#import noise
+import package::loft_lamps::{LOFT_SUN, LOFT_SUN_DISC, LOFT_SUN_RADIUS, LoftLamps};
+import afterimage::noise::{hash_cell, noise_cell};
 
 fn loft_sky(direction: vec3f) -> vec3f {
     let height = max(direction.y, 0.0);

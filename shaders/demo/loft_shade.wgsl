@@ -1,10 +1,14 @@
 // The lighting of the loft: the sun's beam and its haze, the window as an area light, neon, and indirect light.
-#import loft
-#import loft_lamps
-#import loft_pose
-#import loft_surfaces
-#import noise
-#import ray
+import package::loft::{
+    LOFT_BAR, LOFT_BLIND_LOW, LOFT_NEON_Z, LOFT_OUTSIDE, LOFT_PANE, LOFT_RING, LOFT_RING_STEP, LOFT_ROOM_HIGH,
+    LOFT_ROOM_LOW, LOFT_TUBE, LOFT_WINDOW_LOW, LOFT_WINDOW_SIZE, LoftHit, loft_from_bar, loft_furniture, loft_in_blind,
+    loft_on_ring, loft_on_underline,
+};
+import package::loft_lamps::{LOFT_AMBER, LOFT_CYAN, LOFT_MAGENTA, LOFT_SUN, LOFT_SUN_RADIUS, LOFT_SUNLIGHT, LoftLamps};
+import package::loft_pose::LoftPose;
+import package::loft_surfaces::LoftSurface;
+import afterimage::noise::noise;
+import package::ray::{Ray, RAY_MISS};
 
 // Share of the sun's beam that reaches `p` through the window, with the penumbra of the sun's disc.
 fn loft_beam(p: vec3f) -> f32 {

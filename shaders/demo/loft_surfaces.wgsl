@@ -1,8 +1,7 @@
 // The materials of the loft: all procedural, with detail that shows aliasing.
-#import color
-#import loft
-#import loft_lamps
-#import noise
+import package::loft::{LOFT_TUBE, LoftHit, loft_sign};
+import package::loft_lamps::{LOFT_AMBER, LOFT_CYAN, LOFT_MAGENTA, LoftLamps};
+import afterimage::noise::{hash_cell, noise, noise_cell};
 
 struct LoftSurface {
     albedo: vec3f,

@@ -1,5 +1,5 @@
 // Luminance in linear Rec.709 with D65 white.
-#import trial
+import package::trial::{light_is_tried, note_light};
 
 // Luminance weights of ITU-R BT.709 with four digits. Their sum is exactly 1.
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);

@@ -1,6 +1,6 @@
 // Reads tables over the unit cube. One texel per entry: the first at 0, the last at 1.
-#import math
-#import sampling
+import package::math::between;
+import package::sampling::{tap3, tap3_plane, texel3};
 
 // The eight entries around a color, weighted in 32 bits.
 fn cube_trilinear(table: texture_3d<f32>, rgb: vec3f) -> vec3f {

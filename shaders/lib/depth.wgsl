@@ -1,6 +1,6 @@
 // Surfaces in images of distances along the view axis. The inverse of the distance is linear on a plane that is seen in
 // perspective, so planes of any slope are found again.
-#import sanitize
+import package::sanitize::HALF_MAX;
 
 // A number of a depth image as a distance, from 1 mm to 65504 m. No surface has 0 or less: nothing was drawn there, so
 // it is the far end. A NaN that no neighbor repairs is read as 0.

@@ -1,6 +1,6 @@
 // The surface that a pixel belongs to at edges. Where these are smooth, a pixel beside a surface in front of it shows a
 // part of that, whatever its own depth says.
-#import depth
+import package::depth::depth_at;
 
 // Surfaces whose depths differ by less than this share belong together.
 const FRONT_SOFT: f32 = 0.05;

@@ -1,5 +1,5 @@
 // Colors outside of a gamut are moved into it.
-#import color
+import package::color::brightest;
 
 // Moves a color toward the gray of its luminance, until no channel is below 0. `reach` is 1 where the least channel is
 // 0. Up to the knee nothing changes. Beyond it, x/(1+x) compresses the rest, so that a color approaches the border and

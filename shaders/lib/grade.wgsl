@@ -1,6 +1,6 @@
 // Limits for grading steps: results that a half float can hold, for all parameters.
-#import color
-#import sanitize
+import package::color::extended_light;
+import package::sanitize::HALF_MAX;
 
 // Limits the magnitude to the largest half float and keeps the sign.
 fn bounded(v: vec3f) -> vec3f {

@@ -1,7 +1,7 @@
 // Odd sides of the source of a 2x downsample in strips. Filters are sums of boxes that begin and end at
 // halves of a texel of the result, so the means over such halves are all that they need: the source, resampled to twice
 // the size of the result. Of 2m + 1 texels, half k covers a part of the texels k and k + 1 alone.
-#import math
+import package::math::between;
 
 const HALVES_INVOCATIONS: u32 = 64u;
 

@@ -1,5 +1,5 @@
 // Oklab (Ottosson 2020): hue, and a gamut step that keeps it.
-#import math
+import package::math::{mean3, power3, soft_floor};
 
 // The lightness, from the cube roots of the cone responses.
 fn oklab_lightness(roots: vec3f) -> f32 {

@@ -1,7 +1,7 @@
 // The steps of color processes: see graph/color/src/process. Each limits the arguments of powers, logarithms and
 // exponentials like the version in double precision.
-#import color
-#import transfer
+import package::color::luminance;
+import package::transfer::{hlg_decode, hlg_encode, pq_decode, pq_encode};
 
 // The largest magnitude between two steps.
 const PROCESS_LIMIT: f32 = 1e12;

@@ -1,7 +1,9 @@
 // The functions that read textures. The linker sets both constants for each module.
-#import color
-#import sanitize
-#import math
+import package::color::{level_luminance, luminance};
+import package::sanitize::{
+    HALF_MAX, HALF_MAX_BITS, INFINITY_BITS, SIGN_BIT, is_finite, sanitize, sanitize_light, sanitize_signed,
+};
+import package::math::between;
 
 // 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3
 // to sanitize scene light.

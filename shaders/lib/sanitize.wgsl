@@ -1,6 +1,6 @@
 // Makes numbers of host images finite by bit tests: a WGSL compiler may assume that NaN and infinity do not occur,
 // so `x != x` and `max(x, 0)` are not reliable.
-#import color
+import package::color::extended_light;
 
 // The largest finite half float: the limit of all images that kernels read.
 const HALF_MAX: f32 = 65504.0;

@@ -5,7 +5,7 @@
 // A regular grid aliases: of a picture of lines it sees all lines or none. So the square of a cell is chosen by a
 // hash, the same in every frame. In each block of `step` times `step` cells, every row, every column and every position
 // in a cell is chosen once: lines along an axis are counted exactly.
-#import noise
+import package::noise::hash;
 
 const STRIDE_SQUARE: u32 = 4u;
 

@@ -1,6 +1,6 @@
 // Places and normals of surfaces that an image of distances along the view axis shows, in the camera's space.
-#import camera
-#import depth
+import package::camera::{Camera, camera_place};
+import package::depth::depth_at;
 
 // Anything farther is the sky, which is no surface.
 const SURFACE_FARTHEST: f32 = 60000.0;

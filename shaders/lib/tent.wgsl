@@ -1,5 +1,5 @@
 // A tent filter: weights 1 2 1 in x times 1 2 1 in y.
-#import sampling
+import package::sampling::{tap, tap_inside, tap_open};
 
 // The weight of the tap at (x, y), each -1, 0 or 1. All nine sum to 1.
 fn tent_weight(x: i32, y: i32) -> f32 {

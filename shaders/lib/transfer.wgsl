@@ -1,5 +1,5 @@
 // Transfer functions. Every argument must be finite; each function states its range.
-#import math
+import package::math::power;
 
 // The end of sRGB's linear part.
 const SRGB_LINE: f32 = 0.0031308;

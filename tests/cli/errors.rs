@@ -59,7 +59,7 @@ fn errors_are_reported_with_a_hint() {
         ),
         (
             "render {glare} notes.txt -o out.png",
-            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR, PNG, JPEG and TIFF files are read; convert \
+            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR, PNG, JPEG, TIFF and DPX files are read; convert \
              it to one of them",
         ),
         (

@@ -105,7 +105,7 @@ fn a_file_of_another_format_is_told_the_way_in() {
         ("a.webp", b"RIFF\0\0\0\0WEBP", "a WebP", "`ffmpeg -i IN.webp OUT.png`"),
         ("a.jxl", b"\xff\x0a\0\0", "a JPEG XL", "`djxl IN.jxl OUT.png`"),
         ("a.avif", b"\0\0\0\x1cftypavif", "an AVIF or HEIF", "`avifdec --depth 16 IN.avif OUT.png`"),
-        ("a.dpx", b"SDPX\0\0\0\0", "a DPX", "`oiiotool IN.dpx -d uint16 -o OUT.png`"),
+        ("a.cin", b"\x80\x2a\x5f\xd7\0\0", "a Cineon file", "`oiiotool IN.cin -d uint10 -o OUT.dpx`"),
         ("a.psd", b"8BPS\0\x01\0\0", "a file of Photoshop", "`magick 'IN.psd[0]' OUT.png`"),
         ("a.raw", b"\x01\x02\x03\x04", "a raw file of a camera", "`darktable-cli IN.raw OUT.exr`"),
     ] {

@@ -15,7 +15,7 @@ const NODE: &str = r#"Kind(
 )"#;
 
 /// Imports a file of the folder, which imports another one.
-const POSTERIZE: &str = "#import steps
+const POSTERIZE: &str = "import super::steps::steps;
 
 struct Posterize { levels: f32 }
 
@@ -23,7 +23,7 @@ fn posterize(source: vec4f, params: Posterize) -> vec4f {
     return vec4f(steps(source.rgb, params.levels), source.a);
 }
 ";
-const STEPS: &str = "#import nearest
+const STEPS: &str = "import super::nearest::nearest;
 
 fn steps(color: vec3f, levels: f32) -> vec3f { return nearest(color * (levels - 1.0)) / (levels - 1.0); }
 ";
@@ -101,7 +101,8 @@ fn kinds_share_the_files_of_a_folder_beside_them() {
 #[cfg(unix)]
 #[test]
 fn a_shared_file_that_leads_out_of_the_folder_needs_permission() {
-    let folder = with_files("shared-link", &[("posterize.wgsl", POSTERIZE)]);
+    let posterize = POSTERIZE.replace("super::", "package::lib::");
+    let folder = with_files("shared-link", &[("posterize.wgsl", &posterize)]);
     fs::create_dir_all(folder.file("kinds/lib")).expect("a temporary folder");
     fs::create_dir_all(folder.file("elsewhere")).expect("a temporary folder");
     folder.with("kinds/lib/steps.wgsl", STEPS.as_bytes());
@@ -119,7 +120,7 @@ fn stress_says_what_makes_a_kind_reachable() {
     let port = "\"clue\": Value(doc: \"A number.\", content: \"clue\")";
     let node = NODE.replace("Posterize", "Lost").replace("inputs: { ", &format!("inputs: {{ {port}, "));
     folder.with("kinds/lost/node.ron", node.as_bytes());
-    let shader = POSTERIZE.replace("#import steps\n", "").replace("posterize(source", "lost(clue: f32, source");
+    let shader = POSTERIZE.replace("import super::steps::steps;\n", "").replace("posterize(source", "lost(clue: f32, source");
     let shader = shader
         .replace("Posterize", "Lost")
         .replace("steps(source.rgb, params.levels)", "source.rgb * clue * params.levels");

@@ -14,7 +14,7 @@ const NODE: &str = r#"Kind(
     inputs: { "source": Image(doc: "The image.", accepts: [Encoded]) },
     outputs: { "result": Image(doc: "The image.", state: Same("source")) },
 )"#;
-const SHADER: &str = "#import shared\nfn glow(source: vec4f) -> vec4f { return same(source); }\n";
+const SHADER: &str = "import package::lib::shared::same;\nfn glow(source: vec4f) -> vec4f { return same(source); }\n";
 const SHARED: &str = "fn same(color: vec4f) -> vec4f { return color; }\n";
 
 const BASE: &str = r#"Pipeline(

@@ -42,10 +42,10 @@ node_kind! {
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
 static RAYS: Shader = Shader::new(
     "rays.wgsl",
-    "#import camera
-#import loft
-#import loft_pose
-#import ray
+    "import afterimage::camera::{Camera, camera_place, camera_world};
+import package::loft::loft_trace;
+import package::loft_pose::loft_pose;
+import package::ray::{Ray, ray_direction};
 struct Rays { radius: f32, falloff: f32 }
 fn rays(depth: vec4f, normal: vec4f, camera: Camera, at: Point, params: Rays) -> vec4f {
     let eye = camera_world(camera, camera_place(camera, at.uv, depth.x));

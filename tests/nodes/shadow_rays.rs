@@ -50,11 +50,10 @@ node_kind! {
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
 static RAYS: Shader = Shader::new(
     "shadow_rays.wgsl",
-    "#import camera
-#import loft
-#import loft_pose
-#import ray
-#import surface
+    "import afterimage::camera::{Camera, camera_place, camera_uv, camera_world};
+import package::loft::loft_trace;
+import package::loft_pose::loft_pose;
+import package::ray::{Ray, ray_direction};
 fn depth_map(light: Camera, at: Point) -> vec4f {
     let place = camera_place(light, at.uv, 1.0);
     let is_perspective = light.projection[2].w != 0.0;

@@ -20,29 +20,32 @@ pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<
     let library = parent.map_or("lib".to_owned(), |parent| format!("{parent}/lib"));
     let declaration = read(format!("{folder}/node.ron"), context).await?;
     let shader = read(format!("{folder}/{name}.wgsl"), context).await?;
-    let mut unread = imported(&shader);
+    let mut unread = imported(&shader, folder, &library);
     let (mut own, mut shared) = (vec![shader], Vec::new());
     let mut asked = BTreeSet::new();
-    while let Some(name) = unread.pop() {
-        if !asked.insert(name.clone()) {
+    while let Some(path) = unread.pop() {
+        if !asked.insert(path.clone()) {
             continue;
         }
-        // What is in neither folder is of the framework's library, or an error with its location.
-        for (place, files) in [(folder, &mut own), (&*library, &mut shared)] {
-            if let Ok(file) = read(format!("{place}/{name}.wgsl"), context).await {
-                unread.extend(imported(&file));
-                files.push(file);
-                break;
-            }
+        // A file that cannot be read is an error with the location of its import.
+        let place = if path.starts_with(&format!("{library}/")) { &*library } else { folder };
+        if let Ok(file) = read(path, context).await {
+            unread.extend(imported(&file, place, &library));
+            if place == folder { own.push(file) } else { shared.push(file) }
         }
     }
     let [own, shared] = [&own, &shared].map(|files| files.iter().map(borrowed).collect::<Vec<_>>());
     Ok(folder_kind_sharing(borrowed(&declaration), &own, &shared)?)
 }
 
-/// The names of the files that a shader imports.
-fn imported((_, text): &File) -> Vec<String> {
-    imports(text).into_iter().map(str::to_owned).collect()
+/// The paths of the files that a shader in a folder imports, but those of the framework's library.
+fn imported((_, text): &File, folder: &str, library: &str) -> Vec<String> {
+    let file = |path: String| {
+        let shared = path.strip_prefix("package::lib::").map(|rest| (library, rest));
+        let (folder, rest) = shared.or_else(|| Some((folder, path.strip_prefix("super::")?)))?;
+        Some(format!("{folder}/{}.wgsl", rest.split("::").next()?))
+    };
+    imports(text).into_iter().filter_map(file).collect()
 }
 
 fn borrowed((path, text): &File) -> (&str, &str) {

@@ -105,7 +105,7 @@ pub(crate) struct PipelinesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// EXR, Radiance HDR, PNG, JPEG or TIFF files, or films; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    /// Images (EXR, HDR, PNG, JPEG, TIFF, DPX) or films; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
     /// Read the pixels, too, and print the range of each channel and how many numbers are NaN or infinite
@@ -155,7 +155,7 @@ pub(crate) struct DemoArgs {
 pub(crate) struct RenderArgs {
     /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
-    /// The image for the pipeline's first input: EXR, Radiance HDR, PNG, JPEG or TIFF; `shot.####.exr` is a sequence,
+    /// The image for the pipeline's first input: EXR, HDR, PNG, JPEG, TIFF or DPX; `shot.####.exr` is a sequence,
     /// `file.exr#layer` a layer, `-` standard input, and `.mov`, `.mp4` or `.mkv` a film, whose frames count from 1. It
     /// may stand before the pipeline
     pub(crate) input: Option<String>,

@@ -77,9 +77,9 @@ fn each_function_of_the_library_can_be_called_from_a_folder() {
             let invocation = if reads("invocation") { ", invocation: Invocation" } else { "" };
             let args = args.join(", ");
             let call = format!(
-                "#import camera\n#import {library}\n\
+                "import afterimage::{{camera::Camera, workgroup::Invocation}};\n\
                  fn caller({source}{sampler}, at: Point{cube}{invocation}) -> vec4f {{\n\
-                 _ = {name}({args});\n    return vec4f(1.0);\n}}"
+                 _ = afterimage::{library}::{name}({args});\n    return vec4f(1.0);\n}}"
             );
             called += 1;
             if let Err(reported) = folder_kind(("node.ron", &declaration), ("caller.wgsl", &call)) {

@@ -5,6 +5,7 @@
 mod atomic;
 mod budget;
 mod described;
+mod dpx;
 mod exr_attributes;
 mod exr_layouts;
 mod exr_read;
@@ -12,6 +13,8 @@ mod exr_write;
 mod formats;
 mod gain_maps;
 mod hostile;
+#[cfg(feature = "jxl")]
+mod jxl;
 mod labels;
 mod layers;
 mod names;

@@ -14,7 +14,7 @@ use crate::request::{Part, PlanRequest};
 static CROP: Shader = unsafe {
     Shader::unchecked(
         "crop.wgsl",
-        "#import math
+        "import afterimage::math::between;
 struct Crop { first: vec2f, size: vec2f, factor: f32 }
 // A texel of the rectangle, or the nearest one. Without a factor it is as the texture has it.
 fn crop_texel(t: texture_2d<f32>, texel: vec2i, params: Crop) -> vec4f {

@@ -8,7 +8,7 @@ use afterimage_wgsl::{Shader, UniformValue};
 /// The inverse of sRGB, and that of a power.
 static DECODE: Shader = Shader::new(
     "decode.wgsl",
-    "#import transfer
+    "import afterimage::transfer::srgb_decode;
 struct Decode { gamma: f32 }
 fn decode_srgb(source: vec4f) -> vec4f {
     return vec4f(srgb_decode(source.r), srgb_decode(source.g), srgb_decode(source.b), source.a);

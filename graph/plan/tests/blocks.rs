@@ -18,7 +18,7 @@ use super::support::{FRAME, all_formats};
 
 static DISTANCE: Shader = Shader::new(
     "distance.wgsl",
-    "#import camera
+    "import afterimage::camera::{Camera, camera_distance};
 struct Distance { scale: f32 }
 @group(0) @binding(0) var<uniform> eye: Camera;
 @group(0) @binding(1) var<uniform> params: Distance;
@@ -65,7 +65,7 @@ const HAZE: &str = r#"Kind(
     outputs: { "result": Image(doc: "The picture in fog.", state: Same("source")) },
 )"#;
 
-const HAZE_SHADER: &str = "#import camera
+const HAZE_SHADER: &str = "import afterimage::camera::{Camera, camera_distance};
 fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
     return source * camera_distance(camera, at.uv, texel(depth, at.pixel).x);
 }";

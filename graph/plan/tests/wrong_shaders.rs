@@ -11,7 +11,7 @@ use super::support::{FRAME, plan_at};
 
 static IMPORTING: Shader = Shader::new(
     "importing.wgsl",
-    "// Light.\n#import luminanse\nfn bright(source: vec4f) -> vec4f { return source; }\n",
+    "// Light.\nimport afterimage::luminanse::luminance;\nfn bright(source: vec4f) -> vec4f { return source; }\n",
 );
 static NAMED: Shader = Shader::new("named.wgsl", "fn bright(source: vec4f) -> vec4f { return source; }\n");
 

@@ -29,11 +29,11 @@ pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::{Place, ShaderError, ShaderLabel};
 pub use library::{Library, Source};
 pub use link::{Instance, Linked, Linker, SourceMap};
+pub use module::imports;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use sample_mode::SampleMode;
 pub use shader::Shader;
 pub use shader_cost::{RegisterPressure, ShaderCost};
-pub use token::imports;
 pub use uniform::UniformValue;
 pub use validate::validate;
 

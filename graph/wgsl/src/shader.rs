@@ -42,9 +42,10 @@ impl Shader {
         self
     }
 
-    /// The same file with a library that is read when the program runs.
+    /// The same file, of a kind's folder, with the library of that folder.
     #[must_use]
     pub fn with_loaded_library(mut self, library: Library) -> Self {
+        self.source.file.set_of_kind();
         self.source.brought = ImportedName::Owned(Box::new(library));
         self
     }
@@ -53,7 +54,7 @@ impl Shader {
         Self { source: Source { file, brought }, unchecked: false, reflection: OnceLock::new() }
     }
 
-    /// The same file with a library: `#import` looks there first, then in the framework's.
+    /// The same file with the library of its package.
     #[must_use]
     pub const fn with_library(mut self, library: &'static Library) -> Self {
         // A constant function cannot drop what a library may own.

@@ -7,12 +7,10 @@ use unicode_ident::{is_xid_continue, is_xid_start};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
-    /// A keyword or an identifier.
+    /// A keyword, an identifier, or identifiers that `::` joins.
     Name,
     /// A number with its suffix.
     Number,
-    /// The name in a directive `#import name`; the directive's other characters are no tokens.
-    Import,
     /// A character that is part of nothing else.
     Sign(char),
 }
@@ -56,13 +54,6 @@ struct Lexer<'t> {
     tokens: Vec<Token>,
 }
 
-/// The names in the directives `#import name` of a file, in their order, for hosts that read files by name; none if a
-/// comment has no end, which is an error once the file is a [`Shader`](crate::Shader).
-pub fn imports(text: &str) -> Vec<&str> {
-    let tokens = tokens(text).unwrap_or_default();
-    tokens.iter().filter(|token| token.kind == TokenKind::Import).map(|token| token.of(text)).collect()
-}
-
 impl<'t> Lexer<'t> {
     fn rest(&self) -> &'t str {
         &self.text[self.at..]
@@ -80,11 +71,8 @@ impl<'t> Lexer<'t> {
             self.at += rest.find(is_line_end).unwrap_or(rest.len());
         } else if rest.starts_with("/*") {
             self.at += comment_length(rest).ok_or(OpenComment(self.at))?;
-        } else if let Some((before, name)) = import(rest) {
-            self.at += before;
-            self.push(TokenKind::Import, name);
-        } else if next == '_' || is_xid_start(next) {
-            self.push(TokenKind::Name, length_while(rest, |c| c == '_' || is_xid_continue(c)));
+        } else if is_name_start(next) {
+            self.push(TokenKind::Name, path_length(rest));
         } else if next.is_ascii_digit() || next == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()) {
             self.push(TokenKind::Number, number_length(rest));
         } else {
@@ -128,12 +116,20 @@ fn comment_length(text: &str) -> Option<usize> {
     }
 }
 
-/// The bytes before the name in `#import name`, and those of the name, if the text starts with the directive.
-fn import(text: &str) -> Option<(usize, usize)> {
-    let rest = text.strip_prefix("#import")?;
-    let space = length_while(rest, |c| c == ' ' || c == '\t');
-    let name = length_while(&rest[space..], |c| !c.is_whitespace() && c != ';' && c != '/');
-    (space > 0 && name > 0).then_some((text.len() - rest.len() + space, name))
+fn is_name_start(c: char) -> bool {
+    c == '_' || is_xid_start(c)
+}
+
+/// Bytes of the name that the text starts with, and of those that follow it with `::` between.
+fn path_length(text: &str) -> usize {
+    let mut length = 0;
+    loop {
+        length += length_while(&text[length..], |c| c == '_' || is_xid_continue(c));
+        match text[length..].strip_prefix("::") {
+            Some(rest) if rest.starts_with(is_name_start) => length += 2,
+            _ => return length,
+        }
+    }
 }
 
 /// Bytes of the number that the text starts with. A sign belongs to it after an exponent's letter.
@@ -177,21 +173,18 @@ mod tests {
     }
 
     #[test]
-    fn an_import_is_one_token_wherever_it_stands() {
-        let kinds: Vec<_> = tokens("#import tent // nine\n  #import my-noise;#importx").expect("no comment is open");
-        let imports: Vec<_> = kinds.iter().filter(|token| token.kind == TokenKind::Import).collect();
-        assert_eq!(imports.len(), 2);
-        assert_eq!(words("#import tent // nine\n#import my-noise"), ["tent", "my-noise"]);
-        let text = "#import tent\n/* #import not */ // #import nor\n#import my-noise; fn f() {}";
-        assert_eq!(super::imports(text), ["tent", "my-noise"]);
-        assert!(super::imports("#import tent /*").is_empty());
-        assert_eq!(super::imports("#import\ttent\n#import \t my-noise\n#import\nnothing"), ["tent", "my-noise"]);
+    fn a_path_without_space_is_one_name() {
+        assert_eq!(
+            words("a::b1::_c(x)+a:: b a::1 a::"),
+            ["a::b1::_c", "(", "x", ")", "+", "a", ":", ":", "b", "a", ":", ":", "1", "a", ":", ":"]
+        );
+        assert_eq!(words("x: vec2f, y:f32"), ["x", ":", "vec2f", ",", "y", ":", "f32"]);
     }
 
     proptest! {
         #[test]
         fn any_text_gives_tokens_in_order_that_leave_out_only_comments_and_space(
-            text in "(?s)([a-z_0-9.<>(){}/*#; \n\t]|#import |//|/\\*|\\*/|.){0,80}"
+            text in "(?s)([a-z_0-9.<>(){}/*#:; \n\t]|import |//|/\\*|\\*/|.){0,80}"
         ) {
             if let Ok(tokens) = tokens(&text) {
                 let mut end = 0;

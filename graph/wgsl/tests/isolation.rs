@@ -15,7 +15,7 @@ fn files_with_unkind_names_become_one_valid_module() {
     for seed in 0..pairs() {
         let pair = pair(seed);
         let shader = |file: &str, kernel: &Kernel| {
-            let library = Library::of_files([("shared.wgsl".to_owned(), kernel.shared.clone())]);
+            let library = Library::of_files([("shared.wgsl".to_owned(), kernel.shared.clone())], []);
             Shader::untrusted(file.into(), kernel.text.clone()).with_loaded_library(library)
         };
         let (one, two) = (shader("one.wgsl", &pair.hostile[0]), shader("two.wgsl", &pair.hostile[1]));

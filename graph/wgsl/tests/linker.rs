@@ -86,7 +86,7 @@ fn f(v: vec4f) -> vec4f {
 
 #[test]
 fn a_local_does_not_hide_what_a_file_imports() {
-    let text = "#import color
+    let text = "import afterimage::color::luminance;
 fn f(color_luminance: vec4f) -> vec4f {
     let luminance_2 = luminance(color_luminance.rgb);
     return vec4f(luminance_2);
@@ -106,15 +106,18 @@ fn any_format_will_do() {
 }
 
 #[test]
-fn a_file_brings_a_library_which_comes_before_the_framework() {
+fn a_file_brings_a_library_beside_that_of_the_framework() {
     static LIBRARY: Library = Library::new(&[
-        ("color", "#import deep\nfn luminance(c: vec3f) -> f32 { return c.x * deep(); }"),
-        ("deep", "#import math\nfn deep() -> f32 { return power(2.0, 3.0); }"),
+        ("color", "import package::deep::deep;\nfn luminance(c: vec3f) -> f32 { return c.x * deep(); }"),
+        ("deep", "import afterimage::math::power;\nfn deep() -> f32 { return power(2.0, 3.0); }"),
     ]);
-    static OWN: Shader =
-        Shader::new("own.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }")
-            .with_library(&LIBRARY);
-    let other = shader("other.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }");
+    static OWN: Shader = Shader::new(
+        "own.wgsl",
+        "import super::color::luminance;\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }",
+    )
+    .with_library(&LIBRARY);
+    let text = "fn f(c: vec4f) -> vec4f { return vec4f(afterimage::color::luminance(c.rgb)); }";
+    let other = shader("other.wgsl", text);
     let linked = calling(&[(&OWN, "f(vec4f())"), (&other, "f(vec4f())")]);
     assert_eq!(linked.text.matches("c.x * deep()").count(), 1);
     let names: BTreeSet<&str> =
@@ -128,31 +131,95 @@ fn generated_code_may_import_what_no_file_does() {
     let mut linker = linker();
     let instance = linker.add(own.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
     let call = linker.name(instance, "f");
-    let code =
-        format!("#import workgroup\nfn run(i: Invocation) -> f32 {{ return {call}(f32(i.index + WORKGROUP_ROW)); }}");
+    let code = format!(
+        "import afterimage::workgroup::{{Invocation, WORKGROUP_ROW}};
+fn run(i: Invocation) -> f32 {{ return {call}(f32(i.index + WORKGROUP_ROW)); }}"
+    );
     let linked = linker.link(code, &[(Instance::GENERATED, "run")]).unwrap_or_else(|error| panic!("{error}"));
     valid(&linked);
 }
 
+/// The files of a kind's folder, of which this one imports, and what generated code calls.
+fn with_files(text: &str) -> Shader {
+    let file = |(name, text): (&str, &str)| (name.to_owned(), text.to_owned());
+    let own =
+        [("kinds/own/steps.wgsl", "fn step(x: f32) -> f32 { return super::other::half() * x; }\nconst MOST = 8.0;")];
+    let own = own.into_iter().chain([("kinds/own/other.wgsl", "fn half() -> f32 { return 0.5; }")]).map(file);
+    let shared = [("kinds/lib/steps.wgsl", "import super::shares::third;\nfn step() -> f32 { return third; }")];
+    let shared = shared.into_iter().chain([("kinds/lib/shares.wgsl", "const third = 0.3;")]).map(file);
+    Shader::untrusted("kinds/own/own.wgsl".into(), text.into()).with_loaded_library(Library::of_files(own, shared))
+}
+
+#[test]
+fn imports_name_items_and_files_under_any_name_and_in_any_form() {
+    for text in [
+        "import super::steps::step;\nfn f(v: vec4f) -> vec4f { return v * step(1.0); }",
+        "import super :: steps :: { step , } ;\nfn f(v: vec4f) -> vec4f { return v * step(1.0); }",
+        "import super::{other::half, steps::{MOST as step, step as half_step}};
+fn f(v: vec4f) -> vec4f { return v * step * half_step(1.0) * half(); }",
+        "import super::steps;\nfn f(v: vec4f) -> vec4f { return v * steps::step(steps::MOST); }",
+        "import super::steps as s;\nimport package::lib::steps;
+fn f(v: vec4f) -> vec4f { let s = steps::step(); return v * s::step(s); }",
+        "fn f(v: vec4f) -> vec4f { return v * super::steps::step(1.0) * package::lib::steps::step(); }",
+        "import super::steps::step as power;\nimport afterimage::math::power as raise;
+fn f(v: vec4f) -> vec4f { return v * power(raise(2.0, 3.0)); }",
+        "import super::steps::step;\nimport super::steps::step;\nfn f(v: vec4f) -> vec4f { return v * step(1.0); }",
+    ] {
+        let own = with_files(text);
+        own.reflect().unwrap_or_else(|error| panic!("{text}\n{error}"));
+        let linked = calling(&[(&own, "f(vec4f())")]);
+        assert!(!linked.text.contains("import") && !linked.text.contains("::"), "{}", linked.text);
+    }
+}
+
 #[test]
 fn errors_of_imports_have_a_place() {
-    let own = shader("own.wgsl", "\n  #import nothing\nfn f(c: vec4f) -> vec4f { return c; }");
-    let error = own.reflect().expect_err("there is no such file");
-    assert_eq!((error.file.as_str(), error.line, error.column), ("own.wgsl", 2, 11));
-    assert!(error.message.starts_with("no shared file is called `nothing`; there are `"), "{error}");
-    static LIBRARY: Library =
-        Library::new(&[("a", "fn same() -> f32 { return 1.0; }"), ("b", "fn same() -> f32 { return 2.0; }")]);
-    let both = Shader::new("both.wgsl", "#import a\n#import b\nfn f(c: vec4f) -> vec4f { return c * same(); }")
-        .with_library(&LIBRARY);
-    let error = both.reflect().expect_err("two imports declare it");
-    assert_eq!((error.line, error.column), (3, 38));
-    assert!(error.message.contains("is declared in") && error.message.contains("import one of them"), "{error}");
-    let hidden = Shader::new(
-        "hidden.wgsl",
-        "#import a\n#import b\nfn same() -> f32 { return 0.5; }\nfn f(c: vec4f) -> vec4f { return c * same(); }",
-    )
-    .with_library(&LIBRARY);
-    hidden.reflect().expect("its own comes first");
+    for (text, place, message) in [
+        (
+            "\n  import super::nothing::a;",
+            (2, 17),
+            "no shared file is called `super::nothing`; there are `super::steps`",
+        ),
+        ("import afterimage::colour::luminance;", (1, 20), "did you mean `afterimage::color`?"),
+        ("import color::luminance;", (1, 8), "no shared file is called `color`; did you mean `afterimage::color`?"),
+        ("import super::{steps::{MOST, stop}};", (1, 30), "`super::steps` declares no `stop`; did you mean `step`?"),
+        ("import package::steps::step;", (1, 17), "did you mean `super::steps`?"),
+        ("import luminance;", (1, 8), "an import names a file and what it declares"),
+        ("import super::super::lib::steps::step;", (1, 27), "no shared file"),
+        ("import super::steps::step::x;", (1, 22), "no shared file"),
+        ("import super::steps::step, super::other::half;", (1, 26), "an import is a path and a semicolon"),
+        ("import super::steps::{};", (1, 23), "an import is a path"),
+        ("import super::steps::{step half};", (1, 28), "an import is a path"),
+        ("import super::steps::step as super::x;", (1, 30), "an import is a path"),
+        ("import super::steps::step", (2, 1), "an import is a path"),
+        ("import a::b::c::d::e::f::g::h::i;", (1, 8), "a path has at most 8 names"),
+        (
+            "import super::steps::step;\nimport package::lib::steps::step;",
+            (2, 29),
+            "`step` is imported as `super::steps::step` and as `package::lib::steps::step`: give one another name",
+        ),
+        ("import super::steps::step;\nfn step() { }", (2, 4), "`step` is imported, too: give that another name"),
+        ("fn g() -> f32 { return super::steps::stop(1.0); }", (1, 38), "`super::steps` declares no `stop`"),
+        ("fn g() -> f32 { return steps::step(1.0); }", (1, 24), "did you mean `super::steps`?"),
+        ("@compute @workgroup_size(1) fn g() { a::b(); }", (1, 38), "no shared file is called `a`"),
+    ] {
+        let own = with_files(&format!("{text}\nfn f(c: vec4f) -> vec4f {{ return c; }}"));
+        let error = own.reflect().map(|_| ()).expect_err(text);
+        assert_eq!((error.file.as_str(), (error.line, error.column)), ("kinds/own/own.wgsl", place), "{text}: {error}");
+        assert!(error.message.contains(message), "{text}: {error}");
+    }
+}
+
+/// Only the import is wrong that a file makes, also if another file that it imports is in another folder.
+#[test]
+fn errors_in_imported_files_are_in_those() {
+    let library = Library::of_files(
+        [],
+        [("kinds/lib/a.wgsl".to_owned(), "\nimport super::nothing::b;\nfn a() -> f32 { return b(); }".to_owned())],
+    );
+    let own = Shader::untrusted("own.wgsl".into(), "fn f() -> vec4f { return vec4f(package::lib::a::a()); }".into());
+    let error = own.with_loaded_library(library).reflect().map(|_| ()).expect_err("there is no such file");
+    assert_eq!((error.file.as_str(), error.line, error.column), ("kinds/lib/a.wgsl", 2, 15), "{error}");
 }
 
 #[test]
@@ -180,7 +247,8 @@ fn open_brackets_and_comments_are_found() {
         ("fn f() {\n  if true {\n", (2, 11), "never closed"),
         ("fn f() { let a = (1; }", (1, 22), "does not close"),
         ("fn f() { }\n/* and so on", (2, 1), "has no end"),
-        ("fn f() {\n#import color\n}", (2, 9), "between declarations"),
+        ("fn f() {\nimport super::color::luminance;\n}", (2, 1), "come first"),
+        ("const A = 1;\nimport super::color::luminance;", (2, 1), "come first"),
     ] {
         let error = shader("own.wgsl", text).reflect().expect_err(text);
         assert_eq!((error.line, error.column), place, "{text}: {error}");

@@ -102,7 +102,7 @@ var<workgroup> shared_: array<u32, 4>;
 #[test]
 fn arguments_of_the_framework_are_known_by_where_their_types_come_from() {
     let reflection = reflected(
-        "#import workgroup
+        "import afterimage::workgroup::Invocation;
 struct Look { gain: f32 }
 fn kind(a: vec4f, at: Point, frame: Frame, invocation: Invocation, params: Look, t: texture_2d<f32>,
     m: texture_multisampled_2d<f32>, v: texture_3d<f32>, s: sampler, n: u32) -> vec4f { return a; }
@@ -221,7 +221,7 @@ fn kind(params: One) -> vec4f { return params.v; }",
 }
 
 #[test]
-fn a_struct_of_the_file_hides_an_imported_one() {
+fn a_struct_of_the_file_is_another_one_than_that_of_an_imported_file() {
     static LIBRARY: Library = Library::new(&[(
         "look",
         "struct Look { far: vec4f }
@@ -229,7 +229,7 @@ fn seen(l: Look) -> vec4f { return l.far; }",
     )]);
     static OWN: Shader = Shader::new(
         "own.wgsl",
-        "#import look
+        "import package::look::seen;
 struct Look { own: f32 }
 fn kind(params: Look) -> vec4f { return vec4f(params.own); }",
     )
@@ -304,5 +304,9 @@ fn words_of_the_language_are_no_free_names() {
     for name in ["let", "fn", "struct", "target", "1a", "a b", "__a", "", "a-b", "_"] {
         assert!(!is_free_name(name), "{name}");
     }
-    assert_eq!(imports("#import a\nfn f() { }\n#import b"), ["a", "b"]);
+    let text =
+        "import super :: a::{b as c, d::{e},}; import package::lib::g;\nfn f() -> super::h::T { return c() + g::i(); }";
+    let paths = ["super::a::b", "super::a::d::e", "package::lib::g", "super::h::T", "package::lib::g::i"];
+    assert_eq!(imports(text), paths);
+    assert!(imports("import super::a::b; /*").is_empty());
 }

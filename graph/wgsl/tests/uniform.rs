@@ -131,7 +131,7 @@ fn other_textures_are_no_arguments() {
 #[test]
 fn shaders_are_equal_by_what_they_hold() {
     let shader = |file: &str, text: &str| Shader::loaded(file.into(), text.into());
-    let files = |text: &str| Library::of_files([("a.wgsl".to_owned(), text.to_owned())]);
+    let files = |text: &str| Library::of_files([("a.wgsl".to_owned(), text.to_owned())], []);
     let (one, text) = (shader("a", "const A = 1;"), "const A = 1;");
     assert!(one == one && one == shader("a", text));
     assert!(one != shader("b", text) && one != shader("a", "const A = 2;"));

@@ -16,14 +16,14 @@ fn refused(text: &str) -> ShaderError {
 /// A file with shared memory and a function around that body; the body begins in line 4.
 fn with_body(body: &str) -> String {
     format!(
-        "#import workgroup\nvar<workgroup> sums: array<atomic<u32>, 4>;\n\
+        "import afterimage::workgroup::Invocation;\nvar<workgroup> sums: array<atomic<u32>, 4>;\n\
          fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {{\n{body}\nreturn source;\n}}"
     )
 }
 
 #[test]
 fn functions_with_a_workgroup_share_memory_and_wait() {
-    let text = "#import workgroup
+    let text = "import afterimage::workgroup::{Invocation, workgroup_sum};
 var<workgroup> tile: array<vec4f, 256>;
 var<workgroup> count: atomic<u32>;
 fn wait() { workgroupBarrier(); }

@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_scene;
 
 struct ChannelMixer { red: vec3f, green: vec3f, blue: vec3f }
 

@@ -1,5 +1,5 @@
-#import math
-#import oklab_rgb
+import afterimage::math::smooth_step;
+import package::lib::oklab_rgb::oklab_from_rgb;
 
 struct ColorKey { color: vec3f, tolerance: f32, softness: f32 }
 

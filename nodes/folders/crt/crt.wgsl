@@ -1,4 +1,3 @@
-#import math
 
 struct Crt {
     lines: f32,

@@ -1,7 +1,7 @@
-#import color
-#import math
-#import monotone
-#import srgb
+import afterimage::color::luminance;
+import afterimage::math::between3;
+import package::lib::monotone::{MonotonePoints, monotone_curve, monotone_points};
+import package::lib::srgb::{srgb_from_code, srgb_to_code};
 
 struct Curves {
     luminance_black: vec2f,

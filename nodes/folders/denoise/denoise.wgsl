@@ -1,6 +1,4 @@
-#import color
-#import depth
-#import math
+import afterimage::depth::depth_at;
 
 struct Denoise { strength: f32, depth_edge: f32 }
 

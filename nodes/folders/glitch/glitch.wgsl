@@ -1,4 +1,4 @@
-#import noise
+import afterimage::noise::hash_cell;
 
 struct Glitch {
     amount: f32,

@@ -1,5 +1,5 @@
-#import color
-#import grade
+import afterimage::color::brightest;
+import afterimage::grade::bounded_scene;
 
 struct GodRays {
     light: vec2f,

@@ -1,7 +1,7 @@
-#import grade
-#import math
-#import monotone
-#import oklab_rgb
+import afterimage::grade::bounded_scene;
+import afterimage::math::smooth_step;
+import package::lib::monotone::{monotone_cubic, monotone_slope};
+import package::lib::oklab_rgb::{oklab_from_rgb, oklab_to_rgb};
 
 struct HueCurves {
     hue_red: f32,

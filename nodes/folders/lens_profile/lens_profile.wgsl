@@ -1,4 +1,4 @@
-#import sanitize
+import afterimage::sanitize::HALF_MAX;
 
 struct LensProfile {
     ptlens: vec3f,

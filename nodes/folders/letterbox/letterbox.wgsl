@@ -1,4 +1,4 @@
-#import math
+import afterimage::math::between3;
 
 struct Letterbox { aspect: f32, color: vec3f, amount: f32 }
 

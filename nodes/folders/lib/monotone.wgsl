@@ -1,7 +1,6 @@
 // Cubics through points that rise and fall only where the points do: Hermite cubics with the slopes of Fritsch and
 // Butland ("A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984), which meet the condition of
 // Fritsch and Carlson (1980). At the ends, the slopes are those of Moler ("Numerical Computing with MATLAB", 3.6).
-#import math
 
 // The slope at the point `b` between two others: the harmonic mean of both secants, the nearer one weighted more, or 0
 // where the points turn.

@@ -1,5 +1,5 @@
 // Oklab (Ottosson, "A perceptual color space for image processing", 2020) of linear light in the primaries of Rec.709.
-#import oklab
+import afterimage::oklab::{oklab, oklab_deviation};
 
 // Lightness, a and b. White is (1, 0, 0); light times 8 doubles all three.
 fn oklab_from_rgb(rgb: vec3f) -> vec3f {

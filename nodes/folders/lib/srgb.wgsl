@@ -1,5 +1,5 @@
 // The curve of sRGB (IEC 61966-2-1) in both directions, for 0 and above, also beyond 1.
-#import math
+import afterimage::math::power3;
 
 fn srgb_to_code(x: vec3f) -> vec3f {
     let v = max(x, vec3f(0.0));

@@ -1,6 +1,6 @@
-#import color
-#import math
-#import srgb
+import afterimage::color::luminance;
+import afterimage::math::smooth_step;
+import package::lib::srgb::srgb_to_code;
 
 struct LumaKey { low: f32, high: f32, softness: f32 }
 

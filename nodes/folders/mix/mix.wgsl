@@ -1,4 +1,4 @@
-#import math
+import afterimage::math::between3;
 
 struct Mix { amount: f32 }
 

@@ -1,6 +1,6 @@
-#import bayer
-#import color
-#import math
+import package::lib::bayer::bayer_threshold;
+import afterimage::color::luminance;
+import afterimage::math::between3;
 
 struct OrderedDither {
     levels: i32,

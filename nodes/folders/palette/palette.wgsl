@@ -1,5 +1,5 @@
-#import bayer
-#import math
+import package::lib::bayer::bayer_threshold;
+import afterimage::math::between3;
 
 struct Palette {
     colors: i32,

@@ -1,4 +1,4 @@
-#import math
+import afterimage::math::smooth_step;
 
 struct ShapeMask {
     center: vec2f,

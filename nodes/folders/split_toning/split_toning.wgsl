@@ -1,6 +1,6 @@
-#import grade
-#import math
-#import oklab_rgb
+import afterimage::grade::bounded_light;
+import afterimage::math::smooth_step;
+import package::lib::oklab_rgb::{oklab_from_rgb, oklab_to_rgb};
 
 struct SplitToning {
     shadow_hue: f32,

@@ -1,8 +1,9 @@
-#import camera
-#import depth
-#import math
-#import sanitize
-#import surface
+import afterimage::camera::{Camera, camera_place, camera_previous_uv, camera_uv_apart, camera_world};
+import afterimage::depth::depth_at;
+import afterimage::sanitize::HALF_MAX;
+import afterimage::surface::{
+    SURFACE_FARTHEST, surface_given_normal, surface_normal, surface_place, surface_toward, surface_turn, surface_unit,
+};
 
 struct Ssgi {
     amount: f32,

@@ -1,8 +1,8 @@
-#import camera
-#import depth
-#import math
-#import sanitize
-#import surface
+import afterimage::camera::{Camera, CAMERA_SMALLEST_W, camera_clip_uv, camera_uv, camera_uv_apart};
+import afterimage::depth::depth_at;
+import afterimage::math::smooth_step;
+import afterimage::sanitize::HALF_MAX;
+import afterimage::surface::{SURFACE_FARTHEST, surface_given_normal, surface_normal, surface_place, surface_toward};
 
 struct Ssr {
     amount: f32,

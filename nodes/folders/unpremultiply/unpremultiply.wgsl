@@ -1,4 +1,4 @@
-#import grade
+import afterimage::grade::bounded_scene;
 
 fn unpremultiply(source: vec4f) -> vec4f {
     let covered = clamp(source.a, 0.0, 1.0);

@@ -1,4 +1,4 @@
-#import workgroup
+import afterimage::workgroup::Invocation;
 
 struct Despeckle { strength: f32 }
 

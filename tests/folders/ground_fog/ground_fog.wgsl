@@ -1,4 +1,4 @@
-#import camera
+import afterimage::camera::{Camera, camera_position, camera_world};
 
 struct GroundFog { color: vec3f, height: f32 }
 

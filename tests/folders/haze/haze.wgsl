@@ -1,4 +1,4 @@
-#import gauss
+import package::lib::gauss::gauss_along;
 
 struct Haze { amount: f32, width: f32 }
 

@@ -1,4 +1,4 @@
-#import gauss
+import package::lib::gauss::gauss_along;
 
 struct SoftBlur { sigma: f32 }
 

@@ -1,4 +1,4 @@
-#import camera
+import afterimage::camera::{Camera, camera_distance};
 
 fn view_depth(depth: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
     let seen = texel(depth, at.pixel).x;

@@ -5,7 +5,7 @@ use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
 use crate::document::has_words;
 
 /// The shader of every declaration: `tint.wgsl`.
-pub const SHADER: &str = "#import camera
+pub const SHADER: &str = "import afterimage::camera::{Camera, camera_distance};
 struct Tint { levels: f32, strong: u32, place: vec2f }
 
 fn tint(source: vec4f, params: Tint) -> vec4f { return source * params.levels; }

@@ -36,7 +36,7 @@ pub(crate) fn survives(text: &str) -> bool {
 
 fn shader(name: &str, text: &str) -> Shader {
     let (own, shared) = text.split_once(SECOND_FILE).unwrap_or((text, ""));
-    let library = Library::of_files([("shared.wgsl".to_owned(), shared.to_owned())]);
+    let library = Library::of_files([("shared.wgsl".to_owned(), shared.to_owned())], []);
     Shader::untrusted(name.to_owned(), own.to_owned()).with_loaded_library(library)
 }
 

@@ -5,7 +5,7 @@ use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, l
 
 /// The seeds of mutation: the last function of each takes a pixel and its place in a workgroup.
 pub const SEEDS: [&str; 6] = [
-    "#import workgroup
+    "import afterimage::workgroup::Invocation;
 var<workgroup> tile: array<vec4f, 64>;
 fn shared_pixel(index: u32) -> vec4f { return tile[index % 64u]; }
 fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
@@ -14,7 +14,7 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     return 0.5 * (shared_pixel(invocation.index + 1u) + source);
 }
 ",
-    "#import workgroup
+    "import afterimage::workgroup::Invocation;
 var<workgroup> bright: atomic<u32>;
 var<workgroup> least: atomic<i32>;
 fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
@@ -25,7 +25,7 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     return vec4f(count / 64.0, f32(atomicLoad(&least)), source.zw);
 }
 ",
-    "#import workgroup
+    "import afterimage::workgroup::{Invocation, workgroup_scan, workgroup_sum};
 fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     let sum = workgroup_sum(invocation, 64u, source.xy);
     workgroupBarrier();
@@ -33,8 +33,8 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     return vec4f(sum / 64.0, vec2f(scan) / 640.0);
 }
 ",
-    "#import workgroup
-#import math
+    "import afterimage::workgroup::Invocation;
+import afterimage::color::luminance;
 struct Pair { low: vec4f, high: vec4f }
 const SIDE: u32 = 8u;
 var<workgroup> pairs: array<Pair, 64>;
@@ -60,7 +60,7 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     return mix(pairs[0].low, pairs[0].high, f32(count) / 8.0);
 }
 ",
-    "#import workgroup
+    "import afterimage::workgroup::Invocation;
 var<workgroup> order: array<f32, 64>;
 fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     order[invocation.index] = source.x;
@@ -79,7 +79,7 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
     }
 }
 ",
-    "#import workgroup
+    "import afterimage::workgroup::Invocation;
 // Wrong on purpose: mutation finds its way from here to what is accepted, and the other way round.
 var<workgroup> words: array<atomic<u32>, 4>;
 var<workgroup> block: mat4x4f;
@@ -127,7 +127,7 @@ fn composes(shader: &Shader, function: &Function) {
     let (before, name) =
         (linker.before_call(limits::WORKGROUP_LOOP_STEPS).unwrap_or_default(), linker.name(instance, &function.name));
     let code = format!(
-        "#import workgroup
+        "import afterimage::workgroup::Invocation;
 @group(0) @binding(0) var result: texture_storage_2d<rgba16float, write>;
 fn run(at: Point, invocation: Invocation) -> vec4f {{
     let image = vec4f(at.uv, at.size);

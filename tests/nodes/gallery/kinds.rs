@@ -63,11 +63,11 @@ node_kind! {
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
 static SHADER: Shader = Shader::new(
     "gallery.wgsl",
-    "#import camera
-#import loft
-#import loft_lamps
-#import loft_pose
-#import ray
+    "import afterimage::camera::{Camera, camera_place, camera_world};
+import package::loft::{LOFT_OUTSIDE, LOFT_ROOM_HIGH, LOFT_ROOM_LOW, loft_trace};
+import package::loft_lamps::{LOFT_SUN, LOFT_SUNLIGHT};
+import package::loft_pose::loft_pose;
+import package::ray::{Ray, ray_direction};
 struct Lamplight { color: vec3f }
 fn lamplight(
     depth: vec4f,

@@ -1,5 +1,5 @@
-#import color
-#import math
+import afterimage::color::luminance;
+import afterimage::math::smooth_step;
 
 struct Halftone {
     amount: f32,

@@ -21,7 +21,7 @@ pub(super) mod dark_edges {
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "dark_edges.wgsl",
-                "#import sampling
+                "import afterimage::sampling::texel;
 fn dark_edges_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
     let is_inside = p.x >= 0 && p.x < i32(textureDimensions(source).x);
     return select(vec4f(0.0), texel(source, p), is_inside);
@@ -93,7 +93,7 @@ pub(super) mod leaning {
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "leaning.wgsl",
-                "#import sampling
+                "import afterimage::sampling::texel;
 fn leaning(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     return mix(texel(source, at.pixel), texel(source, at.pixel - vec2i(1, 0)), 0.25);
 }",
@@ -144,7 +144,7 @@ pub(super) mod restless {
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "restless.wgsl",
-                "#import point
+                "import afterimage::point::Frame;
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read_write> result: vec4f;
 @group(0) @binding(2) var<uniform> frame: Frame;

@@ -1,5 +1,5 @@
 // The depth of a scene as a lamp sees it.
-#import camera
+import afterimage::camera::Camera;
 
 @group(0) @binding(0) var<uniform> light: Camera;
 

@@ -1,5 +1,5 @@
 // A scene under one lamp: its depth from the lamp, and its light.
-#import camera
+import afterimage::camera::{Camera, camera_clip_uv};
 
 struct SceneLight { warmth: f32, emission: f32 }
 

@@ -1,4 +1,4 @@
-#import camera
+import afterimage::camera::Camera;
 
 fn prepass_normals(normals: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
     let normal = 2.0 * texel(normals, at.pixel).xyz - 1.0;

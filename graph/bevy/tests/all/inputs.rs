@@ -35,7 +35,7 @@ fn numbers(bytes: &[u8]) -> Vec<[f32; 4]> {
 
 /// How far what is seen lies from the wall in the world, how far it has moved by the camera's matrices beyond what the
 /// prepass says, and how far by the prepass. The first two are 0 only if matrices, jitter, depth and motion agree.
-const CHECKED: &str = "#import camera
+const CHECKED: &str = "import afterimage::camera::{Camera, camera_position, camera_previous_uv, camera_world};
 fn checked(depth: texture_2d<f32>, motion: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
     let uv = (vec2f(at.pixel) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
     let place = camera_world(camera, camera_position(camera, uv, texel(depth, at.pixel).x));

@@ -182,7 +182,8 @@ const NODE: &str = r#"Kind(
     outputs: { "result": Image(doc: "The light in the color.", state: Same("source")) },
 )"#;
 
-const SHADER: &str = "#import tint\nfn tinted(source: vec4f) -> vec4f { return vec4f(source.rgb * tint(), source.a); }";
+const SHADER: &str = "import package::lib::tint::tint;
+fn tinted(source: vec4f) -> vec4f { return vec4f(source.rgb * tint(), source.a); }";
 
 const LOOK: &str = r#"Pipeline(
     inputs: { "scene": Color },

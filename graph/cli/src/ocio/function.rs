@@ -85,7 +85,10 @@ fn with_arguments(module: &str, textures: &[WgslTextureBinding], result: &str) -
     let lines: Vec<&str> = module.lines().filter(|line| !is_binding(line)).collect();
     let body = lines.join("\n");
     let readers = readers(&lines, textures);
-    let mut text = String::from("#import color\n#import grade\n#import sanitize\n\n");
+    let mut text = String::from(
+        "import afterimage::color::extended_light;\nimport afterimage::grade::bounded;\n\
+         import afterimage::sanitize::sanitize_signed;\n\n",
+    );
     text.push_str(&with_textures(&body, &readers, textures));
     let names: Vec<&str> = textures.iter().map(|texture| texture.texture_name.as_str()).collect();
     let declared: String = textures.iter().map(declaration).collect();

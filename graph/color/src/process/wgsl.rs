@@ -55,6 +55,20 @@ pub struct Parts {
     pub is_scene_light: bool,
 }
 
+/// What the code of steps may call.
+const IMPORTS: &str = "import afterimage::color::extended_light;
+import afterimage::cube::{cube_tetrahedral, cube_trilinear};
+import afterimage::grade::bounded;
+import afterimage::math::between3;
+import afterimage::process::{
+    process_antilog, process_cdl, process_cdl_reverse, process_curve, process_half_curve, process_hlg_decode,
+    process_hlg_encode, process_limited, process_logarithm, process_matrix, process_power, process_pq_decode,
+    process_pq_encode, process_range, process_sign,
+};
+import afterimage::shaper::shape3;
+
+";
+
 /// The text of a module with one kernel function.
 pub fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
@@ -77,8 +91,7 @@ pub fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
         format!("    v = {mixed};\n{after}")
     };
     let text = format!(
-        "#import color\n#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\
-         struct ColorLut {{\n    strength: f32,\n}}\n\n\
+        "{IMPORTS}struct ColorLut {{\n    strength: f32,\n}}\n\n\
          fn {name}(source: vec4f, {arguments}params: ColorLut) -> vec4f {{\n    var v = source.rgb;\n\
          {before}    let begin = v;\n{unchanged}    let unchanged = v;\n    v = begin;\n\
          {changed}{mix}    return vec4f({result}, source.a);\n}}\n"

@@ -117,9 +117,10 @@ fn a_doc_has_no_control_characters() {
 
 #[test]
 fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
-    let shader =
-        SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
-    let steps = "#import math\nfn step(length: f32) -> f32 { return power(length, 1.0) - 1.0; }\n";
+    let shader = SHADER
+        .replace("struct", "import super::steps::step;\nstruct")
+        .replace("params.levels - 1.0", "step(params.levels)");
+    let steps = "import afterimage::math::power;\nfn step(length: f32) -> f32 { return power(length, 1.0) - 1.0; }\n";
     let with = |steps: &str, name: &str| {
         folder_kind_of(("posterize/node.ron", DECLARATION), &[("posterize/steps.wgsl", steps), (name, &shader)])
     };
@@ -127,7 +128,8 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     assert_eq!(kind.unwrap_or_else(|reported| panic!("{reported}")).name(), "Posterize");
     for (from, to, message) in [
         ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
-        ("math", "maths", "no shared file is called `maths`; did you mean `math`?"),
+        ("math", "maths", "no shared file is called `afterimage::maths`; did you mean `afterimage::math`?"),
+        ("power;", "powr;", "posterize/steps.wgsl:1:26: `afterimage::math` declares no `powr`; did you mean `power`?"),
     ] {
         let reported = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
         assert!(reported.contains(message), "{reported}");

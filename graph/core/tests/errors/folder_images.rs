@@ -195,7 +195,8 @@ fn a_block_has_the_members_of_its_struct() {
     };
     let reported = |shader: &str| folder_kind(("node.ron", declaration), ("haze.wgsl", shader)).err();
     assert!(reported(&shader(matrices)).is_none());
-    let library = "#import camera\nfn haze(source: vec4f, eye: Camera) -> vec4f { return eye.view * source; }";
+    let library = "import afterimage::camera::Camera;
+        fn haze(source: vec4f, eye: Camera) -> vec4f { return eye.view * source; }";
     assert!(reported(library).is_none());
     for (from, to) in [
         (", previous_jitter: vec2f", ""),
@@ -244,8 +245,9 @@ fn a_table_is_a_texture_also_under_another_name() {
                 }},
             )"#
         );
-        let shader =
-            format!("#import table\nfn haze({arg}: {ty}, at: Point) -> vec4f {{ return vec4f(at.uv, 0.0, 1.0); }}");
+        let shader = format!(
+            "import afterimage::table;\nfn haze({arg}: {ty}, at: Point) -> vec4f {{ return vec4f(at.uv, 0.0, 1.0); }}"
+        );
         (declaration, shader)
     };
     let (declaration, shader) = counts("texture_2d<f32>", "words");

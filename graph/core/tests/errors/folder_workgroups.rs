@@ -13,7 +13,7 @@ const DECLARATION: &str = r#"Kind(
 )
 "#;
 
-const SHADER: &str = "#import workgroup
+const SHADER: &str = "import afterimage::workgroup::Invocation;
 var<workgroup> words: array<u32, 32>;
 fn alone(source: vec4f) -> vec4f { return 2.0 * source; }
 fn shares(between: vec4f, at: Point, invocation: Invocation) -> vec4f {

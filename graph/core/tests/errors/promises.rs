@@ -12,7 +12,7 @@ use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value, When};
 
 static SHADER: Shader = Shader::new(
     "mist.wgsl",
-    "#import camera
+    "import afterimage::camera::Camera;
 struct Eye { view: mat4x4f }
 fn mist(source: vec4f) -> vec4f { return source; }
 fn mist_seen(source: vec4f, eye: Camera) -> vec4f { return eye.view * source; }

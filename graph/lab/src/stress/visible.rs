@@ -4,13 +4,13 @@ use afterimage_graph::prelude::*;
 
 static LEVEL: Shader = Shader::new(
     "show_level.wgsl",
-    "#import sampling
+    "import afterimage::sampling::texel;
 fn show_level(level: texture_2d<f32>, level_sampler: sampler, at: Point) -> vec4f { return texel(level, at.pixel); }",
 );
 static VALUE: Shader = Shader::new("show_value.wgsl", "fn show_value(value: vec4f) -> vec4f { return value; }");
 static VOLUME: Shader = Shader::new(
     "show_volume.wgsl",
-    "#import sampling
+    "import afterimage::sampling::texel3;
 struct ShowVolume { depth: f32 }
 fn show_volume_magnitude(v: vec4f) -> u32 {
     let bits = bitcast<vec4u>(v) & vec4u(0x7fffffffu);
@@ -28,7 +28,7 @@ fn show_volume(volume: texture_3d<f32>, volume_sampler: sampler, at: Point, para
 
 static FILTER: Shader = Shader::new(
     "show_filter.wgsl",
-    "#import sampling
+    "import afterimage::sampling::tap;
 fn show_filter(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     return tap(source, source_sampler, vec2f((0.5 + at.uv.x) / at.size.x, 0.5));
 }",

@@ -53,15 +53,16 @@ const ALL: [ForeignFormat; 9] = [
     },
     ForeignFormat {
         what: "a JPEG XL",
-        way: "convert it with all of its bits: `djxl IN.jxl OUT.png`, or `OUT.exr` for light",
+        way: "a program that was built with `--features jxl` reads it; else convert it with all of its bits: \
+              `djxl IN.jxl OUT.png`, or `OUT.exr` for light",
         endings: &["jxl"],
         signatures: &[(0, b"\xff\x0a"), (4, b"JXL ")],
     },
     ForeignFormat {
-        what: "a DPX",
-        way: "convert its codes: `oiiotool IN.dpx -d uint16 -o OUT.png`; `--input-space` states their colors",
-        endings: &["dpx", "cin"],
-        signatures: &[(0, b"SDPX"), (0, b"XPDS"), (0, b"\x80\x2a\x5f\xd7")],
+        what: "a Cineon file",
+        way: "convert its codes: `oiiotool IN.cin -d uint10 -o OUT.dpx`",
+        endings: &["cin"],
+        signatures: &[(0, b"\x80\x2a\x5f\xd7")],
     },
     ForeignFormat {
         what: "a file of Photoshop",

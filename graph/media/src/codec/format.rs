@@ -33,10 +33,20 @@ listed! {
         Jpeg,
         /// TIFF: codes of a transfer function, or linear color in floats.
         Tiff,
+        /// DPX: codes of film, of a transfer function, or linear ones. Such files are read, and not written.
+        Dpx,
+        /// JPEG XL: codes of a transfer function, or linear ones. Such files are read with the feature `jxl`, and not
+        /// written.
+        Jxl,
     }
 }
 
 impl ImageFormat {
+    /// The formats that this program reads.
+    pub fn readable() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(|format| cfg!(feature = "jxl") || *format != Self::Jxl)
+    }
+
     /// The endings of file names, in lower case; the usual one first.
     pub fn endings(self) -> &'static [&'static str] {
         match self {
@@ -45,6 +55,8 @@ impl ImageFormat {
             Self::Png => &["png"],
             Self::Jpeg => &["jpg", "jpeg"],
             Self::Tiff => &["tif", "tiff"],
+            Self::Dpx => &["dpx"],
+            Self::Jxl => &["jxl"],
         }
     }
 
@@ -56,6 +68,8 @@ impl ImageFormat {
             Self::Png => &[b"\x89PNG\r\n\x1a\n"],
             Self::Jpeg => &[b"\xff\xd8\xff"],
             Self::Tiff => &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
+            Self::Dpx => &[b"SDPX", b"XPDS"],
+            Self::Jxl => &[b"\xff\x0a", b"\0\0\0\x0cJXL \r\n\x87\n"],
         }
     }
 
@@ -67,6 +81,8 @@ impl ImageFormat {
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
             Self::Tiff => "TIFF",
+            Self::Dpx => "DPX",
+            Self::Jxl => "JPEG XL",
         }
     }
 
@@ -75,7 +91,7 @@ impl ImageFormat {
     pub fn depths(self) -> &'static [u32] {
         match self {
             Self::Exr => &[16, 32],
-            Self::Hdr => &[],
+            Self::Hdr | Self::Dpx | Self::Jxl => &[],
             Self::Png => &[8, 16],
             Self::Jpeg => &[8],
             Self::Tiff => &[8, 16, 32],
@@ -87,7 +103,7 @@ impl ImageFormat {
     pub fn is_encoded(self) -> bool {
         match self {
             Self::Exr | Self::Hdr => false,
-            Self::Png | Self::Jpeg | Self::Tiff => true,
+            Self::Png | Self::Jpeg | Self::Tiff | Self::Dpx | Self::Jxl => true,
         }
     }
 
@@ -95,14 +111,14 @@ impl ImageFormat {
     pub fn of_name(path: impl AsRef<Path>) -> Option<Self> {
         let name = path.as_ref().file_name()?.to_string_lossy().to_ascii_lowercase();
         let (_, ending) = name.rsplit_once('.')?;
-        Self::ALL.into_iter().find(|format| format.endings().contains(&ending))
+        Self::readable().find(|format| format.endings().contains(&ending))
     }
 
     /// The format by the signature; the reader is at its start again afterwards.
     pub(crate) fn of_content(reader: &mut (impl BufRead + Seek)) -> Result<Self, CodecError> {
         let start = first_bytes(reader).map_err(|error| CodecError::reading(&error))?;
         let is_signed = |format: &Self| format.signatures().iter().any(|signature| start.starts_with(signature));
-        if let Some(format) = Self::ALL.into_iter().find(is_signed) {
+        if let Some(format) = Self::readable().find(is_signed) {
             Ok(format)
         } else if start.is_empty() {
             Err(CodecError::new(ErrorKind::Broken, "the file is empty").hint("copy or render it again"))
@@ -123,7 +139,8 @@ fn unknown_format(start: &[u8]) -> CodecError {
     if let Some(ForeignFormat { what, way, .. }) = ForeignFormat::of_content(start) {
         return CodecError::new(ErrorKind::Unsupported, format!("this is {what}")).hint(way);
     }
-    let [others @ .., last] = ImageFormat::ALL.map(ImageFormat::name);
+    let names: Vec<&str> = ImageFormat::readable().map(ImageFormat::name).collect();
+    let (last, others) = names.split_last().expect("there are formats");
     CodecError::new(ErrorKind::Unsupported, UNKNOWN)
         .hint(format!("{} and {last} files are read; convert it to one of them", others.join(", ")))
 }

@@ -1,10 +1,12 @@
-//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG, JPEG or TIFF file into a [`Picture`],
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG, JPEG, TIFF or DPX file into a
+//! [`Picture`],
 //! [`encode`] turns an [`Image`] into bytes. Nothing here uses the file system.
 
 mod chromaticities;
 pub(crate) mod cicp;
 mod codes;
 mod description;
+mod dpx;
 pub(crate) mod encoding;
 mod error;
 mod exr;
@@ -14,6 +16,8 @@ mod format;
 mod hdr;
 pub(crate) mod icc;
 mod jpeg;
+#[cfg(feature = "jxl")]
+mod jxl;
 mod light_level;
 pub mod limits;
 mod metered;
@@ -56,8 +60,8 @@ pub use statistics::ChannelStatistics;
 pub(crate) use write::encode_with_notes;
 pub use write::{encode, row_writer};
 
-/// Decodes an EXR, Radiance, PNG, JPEG or TIFF file; the first bytes decide the format. `layer` names a layer, a part
-/// or a channel of an EXR file. `options` may be a [`Budget`] alone.
+/// Decodes an EXR, Radiance, PNG, JPEG, TIFF or DPX file; the first bytes decide the format. `layer` names a layer, a
+/// part or a channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
 /// Errors of the decoders, a layer of a format without layers, and an encoded `space` for a file of linear color. A
@@ -78,6 +82,11 @@ pub fn decode(
         (ImageFormat::Png, None) => png::decode(reader, options),
         (ImageFormat::Jpeg, None) => jpeg::decode(reader, options),
         (ImageFormat::Tiff, None) => tiff::decode(reader, options),
+        (ImageFormat::Dpx, None) => dpx::decode(reader, options),
+        #[cfg(feature = "jxl")]
+        (ImageFormat::Jxl, None) => jxl::decode(reader, options),
+        #[cfg(not(feature = "jxl"))]
+        (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
@@ -146,6 +155,11 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (ImageFormat::Png, None) => png::describe(reader),
         (ImageFormat::Jpeg, None) => jpeg::describe(reader),
         (ImageFormat::Tiff, None) => tiff::describe(reader),
+        (ImageFormat::Dpx, None) => dpx::describe(reader),
+        #[cfg(feature = "jxl")]
+        (ImageFormat::Jxl, None) => jxl::describe(reader),
+        #[cfg(not(feature = "jxl"))]
+        (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }

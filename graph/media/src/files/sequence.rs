@@ -348,7 +348,7 @@ fn split_layer(name: &str) -> (&str, Option<String>) {
         return (name, None);
     }
     let lower = name.to_ascii_lowercase();
-    let endings = ImageFormat::ALL.into_iter().flat_map(ImageFormat::endings);
+    let endings = ImageFormat::readable().flat_map(ImageFormat::endings);
     let ends = endings.map(|ending| format!(".{ending}#"));
     match ends.filter_map(|end| Some(lower.rfind(&end)? + end.len())).max() {
         Some(at) if at < name.len() && !name[at..].starts_with('#') => (&name[..at - 1], Some(name[at..].to_owned())),

@@ -3,10 +3,10 @@
 // level; from top to bottom the largest channel, and within each the ratio of the one after that. Three parts
 // for colors without a negative channel are above three for the others, which have more ratios and fewer levels: colors
 // change faster beside the border of a gamut than along the light.
-#import color
-#import noise
-#import sampling
-#import trial
+import afterimage::color::extended_light;
+import afterimage::noise::{hash3, hash_cell};
+import afterimage::sampling::tap;
+import afterimage::trial::{light_is_tried, note_light};
 
 struct Bake {
     levels: vec2f,  // steps between levels, of the upper and the lower three parts

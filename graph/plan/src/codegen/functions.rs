@@ -15,6 +15,9 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.0, 1.0);
 }";
 
+/// What the code that tries light uses.
+pub(super) const TRIAL: &str = "import afterimage::trial::{light_is_tried, light_lowest};\n";
+
 /// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do,
 /// because their waiting overlaps more.
 const WIDTH: u32 = 16;
@@ -30,7 +33,7 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let origin = writer.origin();
     let rows = rows_of(code.pass, desc.size, code.sample_mode().sanitizes());
     let entry_points = entry_points(&writer, &result, origin.as_deref(), &extent, rows, reads_few(code.pass));
-    writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
+    writer.finish(TRIAL, &(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
 /// Texels of a result of that size that a workgroup makes, across and down. `sanitizes` states whether the pass
@@ -98,7 +101,6 @@ fn entry_points(
     // Light is tried where several texels are made at once. Those that are made again are made one by one: their code
     // stands there once, because the loop ends at a number that is not constant.
     let is_tried = rows > 1 && reads_few && writer.loads_light();
-    let imports = if is_tried { "#import trial\n" } else { "" };
     let texels = if is_tried {
         let kept = format!("    if light_lowest >= 0.0 {{\n{stored}    return;\n    }}\n");
         format!(
@@ -117,7 +119,7 @@ fn entry_points(
         writer.load_pixels(rows, "    ") + &made + &stored
     };
     format!(
-        "{imports}fn point_at(pixel: vec2i) -> Point {{
+        "fn point_at(pixel: vec2i) -> Point {{
     return Point(pixel, (vec2f(pixel) + 0.5) / {extent}, {extent});
 }}
 @compute @workgroup_size({WIDTH}, {HEIGHT})

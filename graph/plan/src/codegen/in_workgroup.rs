@@ -17,8 +17,7 @@ pub(super) fn compose_in_workgroup(code: &PassCode<'_>, [width, height]: [u32; 2
     let result = writer.storage(image, desc.format);
     let invocations = width * height;
     let entry_point = format!(
-        "#import workgroup
-fn point_at(pixel: vec2i) -> Point {{
+        "fn point_at(pixel: vec2i) -> Point {{
     return Point(pixel, (vec2f(pixel) + 0.5) / {extent}, {extent});
 }}
 {function}@compute @workgroup_size({invocations})
@@ -30,5 +29,5 @@ fn compute(invocation: Invocation, @builtin(workgroup_id) group: vec3u) {{
 }}
 "
     );
-    writer.finish(&entry_point, [invocations, 1, 1], &["compute"])
+    writer.finish("import afterimage::workgroup::Invocation;\n", &entry_point, [invocations, 1, 1], &["compute"])
 }

@@ -3,8 +3,17 @@
 use afterimage_graph::node::{Pass, RowDownsample};
 use afterimage_wgsl::ShaderError;
 
+use super::functions::TRIAL;
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
+
+/// What the code of a halving may use besides.
+const IMPORTS: &str = "import afterimage::neighbors::{
+    Around, NeighborsSeen, neighbors_clamped, neighbors_inside, neighbors_lower, neighbors_of, neighbors_place,
+    neighbors_share, neighbors_upper,
+};
+import afterimage::halves::{halves_across, halves_down};
+";
 
 /// Invocations of a workgroup. The outermost ones only make what their neighbors need.
 const ROW_INVOCATIONS: u32 = 64;
@@ -45,7 +54,8 @@ pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) 
         neighbors: rows.around.map(|around| NeighborNames::new(code.pass, &writer, around, halving)),
     };
     let entry_point = entry_point(&writer, rows, &names);
-    writer.finish(&(functions + &entry_point), [ROW_INVOCATIONS, 1, 1], &["compute"])
+    let imports = [TRIAL, IMPORTS].concat();
+    writer.finish(&imports, &(functions + &entry_point), [ROW_INVOCATIONS, 1, 1], &["compute"])
 }
 
 /// The storage images of the results, and the functions that make their texels.
@@ -92,13 +102,9 @@ fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Na
         None => plain_walk(writer, rows, names),
         Some(neighbors) => walk_of_neighbors(writer, rows, names, neighbors),
     };
-    let imports =
-        [("trial", writer.loads_light()), ("neighbors", names.neighbors.is_some()), ("halves", rows.odd != [0; 2])];
-    let imports: String =
-        imports.iter().filter(|(_, is_used)| *is_used).map(|(name, _)| format!("#import {name}\n")).collect();
     let above = if high == 1 { "    var above: Square;\n" } else { "" };
     format!(
-        "{imports}fn point_of_source(pixel: vec2i) -> Point {{
+        "fn point_of_source(pixel: vec2i) -> Point {{
     let size = 2.0 * {extent} + vec2f({wide}, {high});
     let inside = clamp(pixel, vec2i(0), vec2i(size) - 1);
     return Point(inside, (vec2f(inside) + 0.5) / size, size);

@@ -64,11 +64,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     /// The module: the uniform, the bindings and that code around the kernels. `names` are those of the entry points.
     pub(super) fn finish(
         self,
+        imports: &str,
         code: &str,
         workgroup: [u32; 3],
         names: &'static [&'static str],
     ) -> Result<Composed, ShaderError> {
-        let text = [self.uniform_struct().as_str(), &self.declarations, code].concat();
+        let text = [imports, self.uniform_struct().as_str(), &self.declarations, code].concat();
         let entry = Entry { slots: self.slots, immediate: self.immediate, workgroup, names };
         self.code.compose(self.linker, text, entry)
     }

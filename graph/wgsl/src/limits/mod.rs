@@ -36,7 +36,8 @@ pub const FILE_BYTES: Limit = Limit::new(1 << 18, "bytes in a file");
 pub const FILES: Limit = Limit::new(64, "`.wgsl` files in a folder");
 /// Of each file. Comments are no tokens.
 pub const FILE_TOKENS: Limit = Limit::new(1 << 16, "tokens in a file");
-pub const IMPORTS: Limit = Limit::new(64, "imports in a file");
+/// Names that a file imports, and paths in its code.
+pub const IMPORTS: Limit = Limit::new(256, "imports in a file");
 /// Brackets, and operators in front of what they apply to.
 pub const NESTING: Limit = Limit::new(64, "nested brackets and prefix operators");
 /// Of an expression with the expressions around it, and of a chain of `else if`.

@@ -1,9 +1,11 @@
 //! Checks that untrusted files hold functions, constants and types only, and memory of a workgroup where functions have
 //! one.
 
+use std::collections::HashSet;
+
 use super::instance::{Instance, Part, Target};
 use crate::error::{ShaderError, position};
-use crate::module::{Declaration, DeclarationKind};
+use crate::module::{Declaration, DeclarationKind, Symbol};
 use crate::token::TokenKind;
 
 const BOUND: &str = "this is bound to a resource, which the framework makes by itself: what a function reads are its \
@@ -22,8 +24,7 @@ const BARRIER: &str = "a function of one pixel cannot wait for others: a draw ha
 const ATOMIC: &str = "a function of one pixel shares no memory with others, so that it needs no atomics";
 const SUBGROUP: &str = "a function of one pixel does not see its neighbors: devices order pixels differently. Read a \
                         texture";
-const WIDTH: &str = "numbers have 32 bits: use `f32`, `i32` or `u32`; `real` of `#import real` is smaller where the \
-                     device allows it";
+const WIDTH: &str = "numbers have 32 bits: use `f32`, `i32` or `u32`";
 const RESOURCE: &str = "a function of one pixel reads `texture_2d<f32>` and `texture_3d<f32>`, and writes only its \
                         result";
 
@@ -85,9 +86,10 @@ pub(super) fn check_contents(parts: &[Part<'_>], has_workgroups: bool) -> Result
         if let Some((token, why)) = reached(part).find_map(|declaration| forbidden(part, declaration, has_workgroups)) {
             return at(part.module.tokens[token].start as usize, why);
         }
-        for (import, instance) in part.module.imports.iter().zip(&part.imports).filter(|_| !has_workgroups) {
-            if let Some(why) = needs_workgroup(parts, &parts[instance.index()]) {
-                return at(import.at, why);
+        for import in part.module.imports.iter().filter(|_| !has_workgroups) {
+            let imported = part.imported.get(&import.name).map(|(instance, _)| *instance);
+            if let Some(why) = imported.and_then(|instance| needs_workgroup(parts, instance, &mut HashSet::new())) {
+                return at(import.at(0), why);
             }
         }
     }
@@ -101,15 +103,18 @@ fn reached<'p>(part: &'p Part<'_>) -> impl Iterator<Item = &'p Declaration> {
 
 /// Reason for which a file of the library is for whole kernels only: a use of it, or of its imports. Those may have
 /// private variables, which the importing file cannot name.
-fn needs_workgroup(parts: &[Part<'_>], part: &Part<'_>) -> Option<&'static str> {
-    if !part.is_framework {
+fn needs_workgroup(parts: &[Part<'_>], file: Instance, seen: &mut HashSet<Instance>) -> Option<&'static str> {
+    let part = &parts[file.index()];
+    if !part.is_framework || !seen.insert(file) {
         return None;
     }
     let own = reached(part)
         .find_map(|declaration| variable(part, declaration).or_else(|| name(part, declaration, &SHARED)))
         .map(|(_, why)| why);
-    let of_import = |import: &Instance| needs_workgroup(parts, &parts[import.index()]).filter(|why| *why != PRIVATE);
-    own.or_else(|| part.imports.iter().find_map(of_import))
+    let imports = part.module.imports.iter().filter_map(|import| part.imported.get(&import.name));
+    let mut of_import =
+        |(file, _): &(Instance, Symbol)| needs_workgroup(parts, *file, seen).filter(|why| *why != PRIVATE);
+    own.or_else(|| imports.into_iter().find_map(&mut of_import))
 }
 
 /// The token that a declaration must not have, and why.

@@ -122,7 +122,7 @@ impl<'w> Writer<'w, '_> {
                 };
                 Some((part.module.bytes(token..token + 1), Cow::Owned(format!("{by}{}", replacement.members))))
             }
-            Target::Language | Target::Ambiguous(..) => None,
+            Target::Language => None,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rustc_hash::FxHashMap;
+
 use crate::library::{Library, SourceFile};
 use crate::module::{Module, Symbol};
 
@@ -27,7 +29,6 @@ pub(super) enum Target {
     Declared(Instance, Symbol),
     /// The replacement at that index.
     Replaced(usize),
-    Ambiguous(Instance, Instance),
 }
 
 /// Text of the generated code that a name is replaced by.
@@ -47,9 +48,9 @@ pub(super) struct Part<'a> {
     pub(super) is_framework: bool,
     /// Boolean constants that are set to true.
     pub(super) defines: Vec<String>,
-    /// Imported files, in which names are looked up after its own declarations.
-    pub(super) imports: Vec<Instance>,
-    /// The files that all import.
+    /// What is imported, by its name in the file.
+    pub(super) imported: FxHashMap<Symbol, (Instance, Symbol)>,
+    /// The files whose names all others know.
     pub(super) prelude: Vec<Instance>,
     /// Other text for some bytes of the file.
     pub(super) edits: Vec<(Range<usize>, String)>,
@@ -76,7 +77,7 @@ impl<'a> Part<'a> {
             library,
             is_framework: false,
             defines,
-            imports: Vec::new(),
+            imported: FxHashMap::default(),
             prelude: Vec::new(),
             edits: Vec::new(),
             loops: Vec::new(),
@@ -94,12 +95,10 @@ impl<'a> Part<'a> {
 
     /// Returns whether it is of that file and library, with those defines.
     pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, defines: &[String]) -> bool {
-        let same_file = std::ptr::eq(self.file, file)
-            || (**self.file.name() == **file.name() && **self.file.text() == **file.text());
         let same_library = match (self.library, library) {
             (Some(own), Some(other)) => std::ptr::eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        same_file && same_library && self.defines == defines
+        self.file.is_same(file) && same_library && self.defines == defines
     }
 }

@@ -1,6 +1,7 @@
 //! The linker: instances of files, what is changed in them, and the module that they become.
 
-use afterimage_base::diagnostic::{did_you_mean, quote};
+use afterimage_base::diagnostic::{did_you_mean, nearest, quote};
+use rustc_hash::FxHashMap;
 
 use super::contents::check_contents;
 use super::edit;
@@ -13,10 +14,10 @@ use super::source_map::{GENERATED, SourceMap};
 use crate::error::{ShaderError, position};
 use crate::library::{FRAMEWORK, Library, Source, SourceFile};
 use crate::limits::Limit;
-use crate::module::Module;
+use crate::module::{Import, Module, Symbol};
 use crate::sample_mode::SampleMode;
 
-/// Files of the framework's library that every file imports.
+/// Files of the framework's library whose names every file knows.
 const PRELUDE: [&str; 3] = ["point", "sanitize", "sampling"];
 
 /// Puts files together into one module.
@@ -105,20 +106,44 @@ impl<'a> Linker<'a> {
     fn import(&mut self, instance: Instance) -> Result<Instance, ShaderError> {
         let part = &self.parts[instance.index()];
         let (module, file, library) = (part.module, part.file, part.library);
-        let mut imports = Vec::new();
+        let mut imported = FxHashMap::default();
         for import in &module.imports {
-            let found = self.find(library, &import.name);
-            let (imported, library) = found.ok_or_else(|| {
-                ShaderError::new(file.name(), position(file.text(), import.at), self.unknown(library, &import.name))
-            })?;
-            imports.push(self.part(imported, library, Vec::new())?);
+            if let Some(item) = self.item(file, library, import)? {
+                imported.insert(import.name, item);
+            }
         }
         let prelude = self.prelude.clone();
-        let is_framework = FRAMEWORK.holds(file);
         let part = &mut self.parts[instance.index()];
-        (part.imports, part.prelude, part.is_framework) = (imports, prelude, is_framework);
+        (part.imported, part.prelude, part.is_framework) = (imported, prelude, file.is_framework());
         self.settle(instance);
         Ok(instance)
+    }
+
+    /// Adds the file of an import, and finds the item in it; `None` if the file itself is imported.
+    fn item(
+        &mut self,
+        file: &SourceFile,
+        library: Option<&'a Library>,
+        import: &Import,
+    ) -> Result<Option<(Instance, Symbol)>, ShaderError> {
+        let path = import.path(file.text());
+        let (name, of) = path.split_last().expect("a path has a name");
+        let error = |at, message| ShaderError::new(file.name(), position(file.text(), import.at(at)), message);
+        let Some((holder, of_holder)) = file.find(library, of) else {
+            let is_file = file.find(library, &path).is_some();
+            return if is_file { Ok(None) } else { Err(error(of.len().min(1), unknown(library, &of.join("::")))) };
+        };
+        let instance = self.part(holder, of_holder, Vec::new())?;
+        let module = self.parts[instance.index()].module;
+        match module.symbol(name).filter(|symbol| module.declaration(*symbol).is_some()) {
+            Some(symbol) => Ok(Some((instance, symbol))),
+            None => {
+                let names = module.declarations.iter().filter_map(|it| it.name).map(|name| module.name(name));
+                let near = did_you_mean(name, names);
+                let near = near.map(|near| format!("; {near}")).unwrap_or_default();
+                Err(error(0, format!("`{}` declares no {}{near}", of.join("::"), quote(name))))
+            }
+        }
     }
 
     /// Sets what the way of sampling and the defines state. Nothing sets the overrides of an untrusted file.
@@ -135,27 +160,6 @@ impl<'a> Linker<'a> {
         for define in part.defines.clone() {
             edit::set_value(part, &define, "true");
         }
-    }
-
-    /// The file that an import in a file of that library names.
-    fn find(&self, library: Option<&'a Library>, name: &str) -> Option<(&'a SourceFile, Option<&'a Library>)> {
-        let own = library.and_then(|library| Some((library.file(name)?, Some(library))));
-        own.or_else(|| Some((FRAMEWORK.file(name)?, None)))
-    }
-
-    fn unknown(&self, library: Option<&Library>, name: &str) -> String {
-        let own = library.into_iter().flat_map(Library::names);
-        let known: Vec<&str> = own.chain(FRAMEWORK.names()).collect();
-        if name.contains([':', '"', '<', '.']) {
-            return format!(
-                "{} is no name of a shared file: `#import` takes the name alone, as in `#import color`, and what the \
-                 file declares can then be used",
-                quote(name)
-            );
-        }
-        let near = did_you_mean(name, known.iter().copied());
-        let known = || format!("there are `{}`", known.join("`, `"));
-        format!("no shared file is called {}; {}", quote(name), near.unwrap_or_else(known))
     }
 
     /// A name for generated code: what `name` means in that file, wherever it is declared.
@@ -215,7 +219,7 @@ impl<'a> Linker<'a> {
     /// Names that two imports declare, and names in the generated code that a file does not know.
     ///
     /// # Panics
-    /// Where the generated code has an open bracket or imports a file that the framework does not have.
+    /// Where the generated code has an open bracket or imports what the framework does not have.
     pub fn link(self, generated: String, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
         let file = generated_file(generated);
         let (mut linker, code) = self.with_generated(&file);
@@ -286,16 +290,31 @@ impl<'a> Linker<'a> {
         let module = parsed(file);
         // The last part refers to others by their numbers, so nothing may come behind it.
         for import in &module.imports {
-            if let Some((imported, library)) = linker.find(None, &import.name) {
-                let part = linker.part(imported, library, Vec::new());
-                part.unwrap_or_else(|error| panic!("the framework's library is in order: {error}"));
-            }
+            let item = linker.item(file, None, import);
+            item.unwrap_or_else(|error| panic!("generated code imports what there is: {error}"));
         }
         linker.parts.push(Part::new(file, module, None, Vec::new()));
         let code = Instance(linker.parts.len() as u32 - 1);
         let imported = linker.import(code);
         imported.unwrap_or_else(|error| panic!("generated code imports what there is: {error}"));
         (linker, code)
+    }
+}
+
+/// Message of a path that is none of a file.
+fn unknown(library: Option<&Library>, path: &str) -> String {
+    let known: Vec<String> = library.into_iter().flat_map(Library::paths).chain(FRAMEWORK.paths()).collect();
+    let stem = |path: &str| path.rsplit("::").next().unwrap_or_default().to_owned();
+    let stems: Vec<String> = known.iter().map(|path| stem(path)).collect();
+    let near = nearest(&stem(path), stems.iter().map(String::as_str));
+    let near = near.and_then(|near| known.iter().find(|path| stem(path) == near));
+    let near = near.map(|near| format!("did you mean {}?", quote(near)));
+    let near = near.unwrap_or_else(|| format!("there are `{}`", known.join("`, `")));
+    match path {
+        "" => {
+            format!("an import names a file and what it declares, as in `import afterimage::color::luminance;`; {near}")
+        }
+        path => format!("no shared file is called {}; {near}", quote(path)),
     }
 }
 
@@ -309,9 +328,8 @@ fn parsed(file: &SourceFile) -> &Module {
 
 #[cfg(test)]
 mod tests {
-    use super::{Instance, Linker};
-    use crate::library::FRAMEWORK;
-    use crate::{SampleMode, Shader, validate};
+    use super::Linker;
+    use crate::{SampleMode, validate};
 
     #[test]
     fn the_library_is_valid_in_every_way_of_sampling() {
@@ -322,11 +340,9 @@ mod tests {
             SampleMode::SanitizedLight,
             SampleMode::SanitizedSigned,
         ] {
-            for name in FRAMEWORK.names() {
-                let file = Shader::loaded("all.wgsl".into(), format!("#import {name}\n"));
+            for (name, _) in afterimage_shaders::LIBRARY {
                 let mut linker = Linker::new(mode);
-                let instance = linker.add(file.source(), &[]).expect("the library has it");
-                let library = Instance(linker.parts[instance.index()].imports[0].0);
+                let library = linker.framework(name);
                 let (linked, _) = linker.link_whole(library, false).unwrap_or_else(|error| panic!("{name}: {error}"));
                 validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{name}: {error}"));
             }

@@ -1,7 +1,7 @@
 //! Resolution of names, and the declarations that a module needs.
 
 use super::instance::{Instance, Part, Target};
-use crate::error::{ShaderError, position};
+use crate::error::ShaderError;
 use crate::module::{DeclarationKind, Symbol};
 
 #[derive(Clone, Copy)]
@@ -106,51 +106,25 @@ fn declared(parts: &[Part<'_>], instance: Instance, name: &str) -> Option<Target
     Some(Target::Declared(instance, symbol))
 }
 
-/// Meaning of a name that the file does not declare: from its imports, or else from those that every file has.
+/// Meaning of a name that the file does not declare: from its imports, or else from the files that all know.
 fn imported(parts: &[Part<'_>], instance: Instance, name: &str) -> Target {
     let Some(part) = parts.get(instance.index()) else { return Target::Language };
-    let mut found = Target::Language;
-    for import in &part.imports {
-        match (found, declared(parts, *import, name)) {
-            (Target::Declared(first, _), Some(Target::Declared(second, _))) if first != second => {
-                return Target::Ambiguous(first, second);
-            }
-            (Target::Language, Some(target)) => found = target,
-            _ => {}
-        }
+    let import = part.module.symbol(name).and_then(|symbol| part.imported.get(&symbol));
+    match import {
+        Some((instance, symbol)) => Target::Declared(*instance, *symbol),
+        None => part.prelude.iter().find_map(|file| declared(parts, *file, name)).unwrap_or(Target::Language),
     }
-    if found == Target::Language {
-        found = part.prelude.iter().find_map(|import| declared(parts, *import, name)).unwrap_or(found);
-    }
-    found
 }
 
-/// That all names that are in the module mean one thing.
+/// That files declare what the generated code names in them.
 pub(super) fn check(parts: &[Part<'_>]) -> Result<(), ShaderError> {
-    let generated = parts.len() - 1;
-    for (index, part) in parts.iter().enumerate() {
-        let reached = part.module.declarations.iter().zip(&part.reached).filter(|(_, reached)| **reached);
-        for used in reached.flat_map(|(declaration, _)| &declaration.uses) {
-            let name = part.module.name(used.symbol);
-            let at = part.module.tokens[used.token as usize].start as usize;
-            match part.targets[used.symbol.index()] {
-                Some(Target::Ambiguous(first, second)) => {
-                    let file = |instance: Instance| parts[instance.index()].file.name().to_string();
-                    let message = format!(
-                        "`{name}` is declared in `{}` and in `{}`: import one of them, or declare it here",
-                        file(first),
-                        file(second)
-                    );
-                    return Err(ShaderError::new(part.file.name(), position(part.file.text(), at), message));
-                }
-                Some(Target::Language) if index == generated => {
-                    if let Some((instance, name)) = reference(name) {
-                        let file = parts[instance.index()].file;
-                        return Err(ShaderError::new(file.name(), (0, 0), format!("the file declares no `{name}`")));
-                    }
-                }
-                _ => {}
-            }
+    let code = parts.last().expect("the generated code is the last part");
+    let reached = code.module.declarations.iter().zip(&code.reached).filter(|(_, reached)| **reached);
+    for used in reached.flat_map(|(declaration, _)| &declaration.uses) {
+        let is_unknown = code.targets[used.symbol.index()] == Some(Target::Language);
+        if let Some((instance, name)) = reference(code.module.name(used.symbol)).filter(|_| is_unknown) {
+            let file = parts[instance.index()].file;
+            return Err(ShaderError::new(file.name(), (0, 0), format!("the file declares no `{name}`")));
         }
     }
     Ok(())

@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use afterimage_base::diagnostic::quote;
 
+use super::import::{Imported, imported};
 use super::kind::DeclarationKind;
 use crate::token::{Token, TokenKind};
 
 /// A part of a file's top level, by the indices of its tokens.
 pub(super) enum Item {
-    Import(usize),
+    Import(Vec<Imported>),
     Directive(Range<usize>),
     /// The kind, the tokens and the name.
     Declaration(DeclarationKind, Range<usize>, Option<usize>),
@@ -23,7 +24,8 @@ pub(super) struct Wrong {
     pub(super) help: Option<&'static str>,
 }
 
-const IMPORT: &str = "write `#import name` on a line of its own: what the file `name.wgsl` declares can then be used";
+const IMPORT: &str = "write `import afterimage::color::luminance;` for the library, and `import super::name::item;` \
+                      for a file beside this one";
 const CONDITION: &str = "for what depends on a setting, branch on a parameter, or write two kinds";
 const MACRO: &str = "write a `const` for a value, and a function for code";
 
@@ -39,16 +41,16 @@ const DIRECTIVES: [(&str, &str); 9] = [
     ("ifndef", CONDITION),
     ("else", CONDITION),
 ];
-const WORDS: [(&str, &str); 3] = [("import", IMPORT), ("include", IMPORT), ("use", IMPORT)];
+const WORDS: [(&str, &str); 2] = [("include", IMPORT), ("use", IMPORT)];
 const ATTRIBUTES: [(&str, &str); 3] = [("if", CONDITION), ("elif", CONDITION), ("else", CONDITION)];
 
-/// The first use of another language on top of WGSL: WESL, a preprocessor, or imports of other frameworks.
+/// The first use of another language on top of WGSL: conditions of WESL, a preprocessor, imports of other frameworks.
 fn other_language(text: &str, tokens: &[Token]) -> Option<Wrong> {
     let word = |at: usize| tokens.get(at).filter(|token| token.kind == TokenKind::Name).map_or("", |it| it.of(text));
     let mut depth = 0_usize;
     for (token, this) in tokens.iter().enumerate() {
         let next = word(token + 1);
-        let is_first = token == 0 || matches!(tokens[token - 1].kind, TokenKind::Sign(';' | '}') | TokenKind::Import);
+        let is_first = token == 0 || matches!(tokens[token - 1].kind, TokenKind::Sign(';' | '}'));
         let (what, known): (_, &[_]) = match this.kind {
             TokenKind::Sign('#') => (format!("#{next}"), &DIRECTIVES),
             TokenKind::Sign('@') => (format!("@{next}"), &ATTRIBUTES),
@@ -61,6 +63,9 @@ fn other_language(text: &str, tokens: &[Token]) -> Option<Wrong> {
                 depth = depth.saturating_sub(1);
                 continue;
             }
+            TokenKind::Name if depth > 0 && word(token) == "import" && !next.is_empty() => {
+                return Some(misplaced(token));
+            }
             _ => continue,
         };
         let found = known.iter().find(|(name, _)| what.trim_start_matches(['#', '@']) == *name);
@@ -72,6 +77,10 @@ fn other_language(text: &str, tokens: &[Token]) -> Option<Wrong> {
     None
 }
 
+fn misplaced(token: usize) -> Wrong {
+    Wrong { token, message: "imports come first in a file, before directives and declarations".into(), help: None }
+}
+
 /// The parts of a file.
 pub(super) fn items(text: &str, tokens: &[Token]) -> Result<Vec<Item>, Wrong> {
     if let Some(wrong) = other_language(text, tokens) {
@@ -80,8 +89,12 @@ pub(super) fn items(text: &str, tokens: &[Token]) -> Result<Vec<Item>, Wrong> {
     let mut reader = Reader { text, tokens, at: 0 };
     let mut items = Vec::new();
     while reader.at < tokens.len() {
-        if let Some(item) = reader.item()? {
-            items.push(item);
+        let token = reader.at;
+        match reader.item()? {
+            Some(Item::Import(_)) if items.last().is_some_and(|item| !matches!(item, Item::Import(_))) => {
+                return Err(misplaced(token));
+            }
+            item => items.extend(item),
         }
     }
     Ok(items)
@@ -106,9 +119,11 @@ enum End {
 impl Reader<'_> {
     fn item(&mut self) -> Result<Option<Item>, Wrong> {
         let start = self.at;
-        if self.tokens[start].kind == TokenKind::Import {
-            self.at += 1;
-            return Ok(Some(Item::Import(start)));
+        if self.is_import() {
+            let (items, length) = imported(self.text, &self.tokens[start..])
+                .map_err(|wrong| Wrong { token: start + wrong.token, ..wrong })?;
+            self.at += length;
+            return Ok(Some(Item::Import(items)));
         }
         if self.tokens[start].is(';') {
             self.at += 1;
@@ -133,6 +148,12 @@ impl Reader<'_> {
         let name = self.declared(kind);
         self.skip(end)?;
         Ok(Some(Item::Declaration(kind, start..self.at, name)))
+    }
+
+    /// True if an import starts here: no declaration, even a wrong one, has these two words in front.
+    fn is_import(&self) -> bool {
+        let is_path = |token: &Token| token.kind == TokenKind::Name || token.is('{');
+        self.word() == "import" && self.tokens.get(self.at + 1).is_some_and(is_path)
     }
 
     /// The token here, if it is a word.
@@ -176,7 +197,6 @@ impl Reader<'_> {
                     }
                 }
                 TokenKind::Sign(';') if end != End::Block => break,
-                TokenKind::Import => return Err(misplaced(self.at)),
                 _ => {}
             }
             self.at += 1;
@@ -184,10 +204,6 @@ impl Reader<'_> {
         self.at = (self.at + 1).min(self.tokens.len());
         Ok(())
     }
-}
-
-fn misplaced(token: usize) -> Wrong {
-    Wrong { token, message: "an `#import` stands between declarations, not inside of one".into(), help: None }
 }
 
 /// The index of the bracket that closes the one at `open`.
@@ -210,7 +226,6 @@ fn closing(text: &str, tokens: &[Token], open: usize) -> Result<usize, Wrong> {
                     return Ok(at);
                 }
             }
-            TokenKind::Import => return Err(misplaced(at)),
             _ => {}
         }
     }

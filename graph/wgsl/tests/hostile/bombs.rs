@@ -52,7 +52,7 @@ fn repeated(part: usize) -> Vec<(&'static str, String)> {
     vec![
         ("a long comment", format!("/*{}*/{line}", "x".repeat(3_000_000 / part))),
         ("many tokens", format!("{}{line}", ";".repeat(100_000 / part))),
-        ("many imports", format!("{}{line}", "#import math\n".repeat(5000 / part))),
+        ("many imports", numbered(5000 / part, |i| format!("import afterimage::math::power as p{i};\n")) + &line),
         ("a sum", in_body(&format!("return {}source;", "source + ".repeat(3800 / part)))),
         ("a conjunction", in_body(&conjunction)),
         ("swizzles", in_body(&format!("return source{};", ".xyzw".repeat(5000 / part)))),

@@ -146,7 +146,7 @@ impl File {
         let members: Vec<String> =
             self.members.iter().enumerate().map(|(at, member)| name(member, format!("member_{at}"))).collect();
         let shared = name(self.shared, format!("{}_shared", self.stem));
-        let mut words: Vec<String> = vec!["#import shared\n".into()];
+        let mut words: Vec<String> = vec![format!("import super::shared::{shared};\n")];
         let mut add = |text: &str| words.extend(text.split(' ').map(str::to_owned));
         add(&format!("const {} = 0.375 ; const {} : f32 = 0.25 ;", top[0], top[1]));
         for helper in 0..2 {

@@ -16,7 +16,7 @@ const TEXTS: [&str; 3] = [
         "camera": Camera(doc: "The camera."),
     },
     outputs: { "result": Image(doc: "Light.", state: Same("source")) })"#,
-    "#import camera
+    "import afterimage::camera::{Camera, camera_distance, camera_position, camera_previous_uv, camera_world};
 fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
     let far = camera_distance(camera, at.uv, texel(depth, at.pixel).x);
     let seen = camera_previous_uv(camera, camera_world(camera, camera_position(camera, at.uv, far)));
@@ -32,7 +32,7 @@ fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec
 ];
 /// Additions to the texts.
 const OTHERS: [&str; 12] =
-    ["(", ")", "{", "\"", ":", "Camera", "camera", "Image", "light", "optional", "0", "#import camera"];
+    ["(", ")", "{", "\"", ":", "Camera", "camera", "Image", "light", "optional", "0", "import afterimage::camera;"];
 
 /// Numbers of a file, some of which are none.
 const NUMBERS: [&str; 18] = [

@@ -41,7 +41,7 @@ const PLACES: [Place; 12] = [
     |content, _| of_folder("tint/node.ron", content).with("tint/tint.wgsl", DECLARED_SHADER),
     |content, _| of_folder("tint/tint.wgsl", content).with("tint/node.ron", NODE),
     |content, _| {
-        let shader = "#import thing\nfn tint(source: vec4f) -> vec4f { return source; }";
+        let shader = "import super::thing::help;\nfn tint(source: vec4f) -> vec4f { return source; }";
         of_folder("tint/thing.wgsl", content).with("tint/node.ron", NODE).with("tint/tint.wgsl", shader)
     },
     |content, name| Case::new("nodes --nodes").word(name.clone()).with_content(name, content),

@@ -124,7 +124,7 @@ pub(crate) fn workgroup(sources: &Sources, number: u64) -> Case {
 fn workgroup_bombs() -> Vec<String> {
     let kind = |before: &str, body: &str| {
         format!(
-            "#import workgroup\n{before}
+            "import afterimage::workgroup::Invocation;\n{before}
 fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {{ {body} return source; }}\n"
         )
     };

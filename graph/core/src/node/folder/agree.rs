@@ -125,7 +125,7 @@ impl Pair<'_> {
         if !layout.is_some_and(|layout| block.fits(layout)) {
             let location = self.word(name, &format!("fn {}", function.name));
             let message = format!("the type of {} has not the members of the block {}", quote(name), quote(block.name));
-            let help = format!("`#import {}` declares it", block.name.to_lowercase());
+            let help = format!("`import afterimage::{}::{};` declares it", block.name.to_lowercase(), block.name);
             self.diagnostics.push(Diagnostic::error("shader-argument", message).at(&location, "").help(help));
         }
     }

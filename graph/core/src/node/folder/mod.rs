@@ -34,7 +34,8 @@
 //!   the level, or level by level, `each: "levels"`. `up: "levels"` makes an image from coarse to fine, where the
 //!   argument `levels` is the level and `coarser` what was made of the coarser ones.
 //! * `workgroup: (16, 16)` of an image lets the invocations of a workgroup of that size share memory: the function may
-//!   use `var<workgroup>`, `workgroupBarrier` and atomics, and take `invocation: Invocation` of `#import workgroup`.
+//!   use `var<workgroup>`, `workgroupBarrier` and atomics, and take `invocation: Invocation`
+//!   (`import afterimage::workgroup::Invocation;`).
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`. `when: { "mode": [1, 2], "mask": true }` declares that a parameter has
@@ -80,7 +81,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
 }
 
 /// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one
-/// and the others may import the others.
+/// and the others may import from the others, as in `import super::steps::step;`.
 ///
 /// # Errors
 /// All errors of the declaration and the shader, each at its location; no file with the kind's name.
@@ -88,8 +89,8 @@ pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Resu
     folder_kind_sharing(declaration, files, &[])
 }
 
-/// The same for a folder with files that it shares with other kinds: its own files may import those of `library`, after
-/// their own, and those of `library` each other.
+/// The same for a folder with files that it shares with other kinds: all may import from those of `library`, as in
+/// `import package::lib::steps::step;`.
 ///
 /// # Errors
 /// The same. Errors in a file of `library` that nothing imports are not found.
@@ -111,7 +112,7 @@ pub fn folder_kind_sharing(
     limits::check(declared.as_ref(), files.len() + library.len(), &mut diagnostics);
     let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
     let (name, text) = files.remove(own);
-    let library = Library::of_files(files.into_iter().chain(library));
+    let library = Library::of_files(files, library);
     let mut shader = Shader::untrusted(name, text).with_loaded_library(library);
     if declared.iter().flat_map(|declared| &declared.made).any(|made| made.shape.workgroup().is_some()) {
         shader = shader.with_workgroups();

@@ -77,12 +77,12 @@ impl Pair<'_> {
         let (fits, expected) = match port_type {
             PortType::Volume => (*ty == ArgType::Volume, "`texture_3d<f32>`"),
             PortType::Value => (matches!(ty, ArgType::Floats(1..=4)), "`f32`, `vec2f`, `vec3f` or `vec4f`"),
-            PortType::Table => (*ty == ArgType::Texture, "`texture_2d<f32>`, which `#import table` reads"),
+            PortType::Table => (*ty == ArgType::Texture, "`texture_2d<f32>`, which `afterimage::table` reads"),
             PortType::Pyramid => {
                 (false, "of a level: name it in `reads`, as `\"low\": Level(\"levels\", 3)`, or use `each` or `up`")
             }
             PortType::Multisampled => (false, "of a kind in Rust: folders read no samples"),
-            PortType::Block => (matches!(ty, ArgType::Struct(_)), "of the struct that `#import camera` declares"),
+            PortType::Block => (matches!(ty, ArgType::Struct(_)), "of the struct `afterimage::camera::Camera`"),
             PortType::Image => (matches!(ty, ArgType::Floats(4) | ArgType::Texture), "`vec4f` or `texture_2d<f32>`"),
         };
         if !fits {

@@ -13,7 +13,7 @@ use afterimage_wgsl::{Shader, UniformValue};
 /// luminance together. The mean of their alphas lets through as much of a background as the three would, in all.
 static WARP: Shader = Shader::new(
     "warp.wgsl",
-    "#import color
+    "import afterimage::color::extended_light;
 fn warp_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     let place = at.uv * vec2f(textureDimensions(source));
     let off = abs(fract(place) - 0.5);

@@ -25,7 +25,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     // Two bytes for each coefficient and one for each sample of whole blocks, the codes, and a picture that is turned.
     let blocks: usize = components.iter().map(Component::number_of_blocks).sum();
     let extra = file.len() + 3 * 64 * blocks + pixels * (components.len() + if orientation.is_some() { 8 } else { 0 });
-    options.budget.check((size[0].into(), size[1].into()), colors.bytes_of_sample(false), extra as u64)?;
+    options.budget.check((size[0].into(), size[1].into()), colors.bytes_of_sample(8), extra as u64)?;
     scan::decode(frame, &segments.coding, &mut components)?;
     let most = max_sampling(frame);
     let planes = components.into_iter().map(|component| Plane::new(component, most));
@@ -35,7 +35,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     if matches!(model, ColorModel::Cmyk | ColorModel::Ycck) {
         to_inks(&mut bytes, model, segments.adobe.is_some());
     }
-    let codes = Codes { channels: segments.frame.components.len(), bytes, is_wide: false, alpha: Alpha::None, pixels };
+    let codes = Codes { channels: segments.frame.components.len(), bytes, bits: 8, alpha: Alpha::None, pixels };
     codes.into_picture(size, colors, orientation)
 }
 

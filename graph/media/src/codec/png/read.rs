@@ -29,10 +29,10 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let channels = color_type.samples();
     let colors = colors(&chunks, channels - usize::from(has_alpha), options.space);
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
-    let is_wide = depth == BitDepth::Sixteen;
+    let bits = if depth == BitDepth::Sixteen { 16 } else { 8 };
     let orientation = chunks.exif.as_deref().and_then(Orientation::of_exif);
     let turned = if orientation.is_some() { 8 * u64::from(width) * u64::from(height) } else { 0 };
-    options.budget.check((width.into(), height.into()), colors.bytes_of_sample(is_wide), size as u64 + turned)?;
+    options.budget.check((width.into(), height.into()), colors.bytes_of_sample(bits), size as u64 + turned)?;
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let alpha = if !has_alpha {
@@ -42,7 +42,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     } else {
         Alpha::Apart
     };
-    let codes = Codes { bytes, is_wide, channels, alpha, pixels: width as usize * height as usize };
+    let codes = Codes { bytes, bits, channels, alpha, pixels: width as usize * height as usize };
     codes.into_picture([width, height], colors, orientation)
 }
 

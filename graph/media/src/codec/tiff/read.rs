@@ -37,19 +37,18 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
         let values = floats(read)?;
         return light(&values, planes, &header, colors, options);
     }
-    let is_wide = header.bits > 8;
     let bytes = match read {
         DecodingResult::U8(codes) => codes,
         DecodingResult::U16(codes) => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
         _ => return Err(other_samples(header.bits)),
     };
-    let bytes = if planes > 1 { interleaved(&bytes, channels, if is_wide { 2 } else { 1 }) } else { bytes };
+    let bytes = if planes > 1 { interleaved(&bytes, channels, header.bits as usize / 8) } else { bytes };
     let alpha = match (has_alpha, is_straight && options.premultiplied) {
         (false, _) => Alpha::None,
         (true, true) => Alpha::Premultiply,
         (true, false) => Alpha::Apart,
     };
-    Codes { bytes, is_wide, channels, alpha, pixels }.into_picture([width, height], colors, orientation)
+    Codes { bytes, bits: header.bits, channels, alpha, pixels }.into_picture([width, height], colors, orientation)
 }
 
 /// Describes the first picture by its directory.
