@@ -7,6 +7,9 @@ use clap::Args;
 use super::headings::OUTPUT_FILES;
 use super::options::{DeviceOptions, PipelineOptions, parse_size};
 
+/// The variable that stands for `--target`.
+pub(crate) const TARGET: &str = "AFTERIMAGE_STRESS_TARGET";
+
 /// The tests, below the options. The terminal's width wraps the lines.
 const VERDICTS: &str = "\
 Every output must be finite, in the range of its color state, and the same as with images whose NaN, infinities and \
@@ -45,6 +48,12 @@ pub(crate) struct StressArgs {
     /// Do not sanitize the images: shows what sanitizing prevents, and fails
     #[arg(long)]
     pub(crate) unsanitized: bool,
+    /// Processes that run at once, each with one pipeline or kind; by default one for each core
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    /// Run the pipeline or kind at this place of the list, and print its results as JSON: a process of `--jobs`
+    #[arg(long, hide = true, value_name = "INDEX", env = TARGET)]
+    pub(crate) target: Option<usize>,
     /// List every failed case
     #[arg(long)]
     pub(crate) all: bool,
