@@ -16,7 +16,8 @@ Every output must be finite, in the range of its color state, and the same as wi
 negatives are replaced before. A constant must stay constant, a symmetric image symmetric, a ramp rising, and light \
 must be kept, by the kinds that promise it. A node that is skipped as an identity must be one. The output must be \
 the same dispatched and drawn, fused and not. Histories must not \
-change in steps of no time, must settle in long steps, start again at a reset, and recover from a frame of NaN.";
+change in steps of no time, must settle in long steps, start again at a reset, and recover from a frame of NaN. Frames \
+after days and months must move as the first ones do.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VERDICTS)]
