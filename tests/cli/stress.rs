@@ -19,7 +19,8 @@ fn processes_report_what_one_process_does() {
     // Without sanitizing there are failures, too. The first targets take longer than the last.
     let run = |jobs: u32| {
         let kinds = "--kind Gaussian --kind AutoExposure --kind Vignette --kind Exposure";
-        let line = format!("-C in stress soft.ron {kinds} --unsanitized --quick --defaults --jobs {jobs} --json r.json");
+        let line =
+            format!("-C in stress soft.ron {kinds} --unsanitized --quick --defaults --jobs {jobs} --json r.json");
         let outcome = folder.run(&line);
         (outcome, std::fs::read_to_string(folder.file("in/r.json")).expect("the results"))
     };

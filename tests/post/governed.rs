@@ -117,7 +117,8 @@ fn no_tier_is_rendered_that_claims_less_than_the_floor() {
     let mut host = host();
     let gpu = host.gpu.clone();
     let snapshot = |low: &str| {
-        let opened = Post::open(&gpu, Source::text("look.ron", claiming(low))).unwrap_or_else(|error| panic!("{error}"));
+        let opened =
+            Post::open(&gpu, Source::text("look.ron", claiming(low))).unwrap_or_else(|error| panic!("{error}"));
         opened.snapshot().unwrap().clone()
     };
     host.post.replace(snapshot("ms: 0.1"), Some("ultra")).unwrap();

@@ -108,9 +108,7 @@ impl CameraPost {
         let is_new = !before.pipeline.snapshot.is_same(snapshot);
         let keeps_tiers = match (budget, &old.budget) {
             // What it has learned stays.
-            (Some(new), Some(old)) => {
-                post.governor().is_some() && new.tiers == old.tiers && new.min_jod == old.min_jod
-            }
+            (Some(new), Some(old)) => post.governor().is_some() && new.tiers == old.tiers && new.min_jod == old.min_jod,
             (Some(_), None) => false,
             (None, _) => post.governor().is_none() && post.tier() == new.tier.as_deref(),
         };

@@ -113,11 +113,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
 }
 
 /// Runs the program; `again` is how to start it in processes of its own, if it may.
-fn run_words(
-    tables: &[&[NodeKind]],
-    arguments: impl IntoIterator<Item = OsString>,
-    again: Option<&Again>,
-) -> ExitCode {
+fn run_words(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>, again: Option<&Again>) -> ExitCode {
     let (mut arguments, matches) = match parse(arguments) {
         Ok(parsed) => parsed,
         Err(error) => {

@@ -233,8 +233,7 @@ impl Explanation {
     pub fn to_text(&self) -> String {
         let Self { variant, image, frame, at: [x, y], crop: [left, top, width, height], .. } = self;
         let codes = significant(self.codes);
-        let mut text =
-            format!("\n{variant} is worst in frame {frame} of {image}: off by {codes} codes at {x}, {y}\n");
+        let mut text = format!("\n{variant} is worst in frame {frame} of {image}: off by {codes} codes at {x}, {y}\n");
         if self.changes.is_empty() {
             text += "there is no difference from the reference\n";
             return text;
