@@ -17,7 +17,7 @@ use crate::progress::Bar;
 pub(super) fn stress(again: &Again, targets: &[Target], jobs: usize) -> Result<StressReport, Failure> {
     let (next, bar) = (AtomicUsize::new(0), Bar::new(targets.len() as u64));
     let stop = |_: &Failure| next.store(targets.len(), Ordering::Relaxed);
-    let work = || {
+    let work = || -> Result<Vec<(usize, Results)>, Failure> {
         let mut done = Vec::new();
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);

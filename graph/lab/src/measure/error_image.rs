@@ -25,7 +25,7 @@ const SCALE: [[f32; 3]; 6] = [
 /// Writes a PNG with the error of each pixel in false colors.
 pub(crate) fn write(path: &Path, reference: &Shown, shown: &Shown) -> Result<(), LabError> {
     let errors = difference(&reference.codes(), &shown.codes());
-    write_bytes(path, reference, errors.into_iter().flat_map(color).collect())
+    write_bytes(path, reference, &errors.into_iter().flat_map(color).collect::<Vec<u8>>())
 }
 
 /// Writes a PNG of what is shown. Of an HDR picture it has what is not brighter than white.
@@ -35,12 +35,13 @@ pub(crate) fn write_shown(path: &Path, shown: &Shown) -> Result<(), LabError> {
         Range::Hdr => srgb_encode(f64::from(x) / GRAPHICS_WHITE.get()),
     };
     let byte = |x: f32| (255.0 * signal(x)).round() as u8;
-    write_bytes(path, shown, shown.pixels.iter().flat_map(|[r, g, b]| [byte(*r), byte(*g), byte(*b), 255]).collect())
+    let bytes = shown.pixels.iter().flat_map(|[r, g, b]| [byte(*r), byte(*g), byte(*b), 255]);
+    write_bytes(path, shown, &bytes.collect::<Vec<u8>>())
 }
 
-fn write_bytes(path: &Path, like: &Shown, bytes: Vec<u8>) -> Result<(), LabError> {
+fn write_bytes(path: &Path, like: &Shown, bytes: &[u8]) -> Result<(), LabError> {
     let size = (like.width as u32, like.height as u32);
-    write_image(path, (size, Samples::Byte(&bytes)), &Encoding { dither: None, ..Encoding::PNG })?;
+    write_image(path, (size, Samples::Byte(bytes)), &Encoding { dither: None, ..Encoding::PNG })?;
     Ok(())
 }
 
