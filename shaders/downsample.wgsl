@@ -1,7 +1,7 @@
 // Halves an image. Offsets are in texels of the source. At exactly 2:1 every tap falls on a corner between four texels
 // and is their mean. The weights of every filter sum to 1; alpha is filtered like color.
 import afterimage::color::brightest;
-import afterimage::tent::{tap_narrow_tent, tent_weight};
+import afterimage::tent::tent_weight;
 
 struct Downsample {
     edge: f32,   // 1 if the nearest texel lies beyond the border, and 0 if the image is open

@@ -33,6 +33,7 @@ mod sequences;
 mod spaces;
 #[cfg(target_os = "linux")]
 mod strangers;
+mod stress;
 mod tiers;
 mod topics;
 mod untrusted;

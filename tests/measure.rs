@@ -199,6 +199,43 @@ fn charts_and_images_of_errors_are_written() {
     assert!(folder.file("errors").join("a-tier-cheap.png").is_file());
 }
 
+/// Tiers in which one change makes nearly all of the error, and another nearly none.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_change_that_makes_an_error_is_named() {
+    let folder = Folder::new("explain");
+    (0..3).for_each(|frame| folder.picture(&format!("in.{frame:04}.exr"), frame));
+    let tiers = r#"tiers: {
+        "planted": { "mips.format": Rg11b10Ufloat, "bloom.filter": Bilinear },
+        "dimmer": { "lit.strength": 0.4, "mips.filter": Tap13 },
+    "#;
+    std::fs::write(folder.file("glow.ron"), PIPELINE.replace("tiers: {", tiers)).unwrap();
+    let share = |part: &Value| part["share"].as_f64().unwrap();
+    for (tier, largest) in [("planted", "\"bloom.filter\": Bilinear"), ("dimmer", "\"lit.strength\": 0.4")] {
+        let pictures = folder.arg(tier);
+        let report = report(&folder, "in.####.exr", &["--explain", tier, "--error-image", &pictures]);
+        let (found, row) = (&report["explained"], row(&report, &format!("tier {tier}")));
+        assert_eq!((&found["variant"], &found["image"]), (&row["variant"], &row["images"][0]["image"]));
+        assert!((number(found, "codes") - number(row, "max")).abs() < 1e-3, "{found:#} {row:#}");
+        let changes = found["changes"].as_array().unwrap();
+        assert_eq!((changes.len(), &changes[0]["change"]), (3, &Value::from(largest)), "{found:#}");
+        assert!(share(&changes[0]) > 0.9, "{found:#}");
+        let sum: f64 = changes.iter().chain([&found["remainder"]]).map(share).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{found:#}");
+        let frame = found["frame"].as_u64().unwrap();
+        for picture in ["worst-reference", "worst", "worst-error"] {
+            let name = format!("in-{frame:04}-tier-{tier}-{picture}.png");
+            assert!(folder.file(tier).join(&name).is_file(), "{name}");
+        }
+    }
+    // Half floats alone make the error of a tier that is the file itself.
+    let same = &report(&folder, "in.####.exr", &["--tiers", "--explain", "tier same"])["explained"];
+    let changes = same["changes"].as_array().unwrap();
+    assert_eq!((changes.len(), &changes[0]["change"]), (1, &Value::from("intermediates of 16 bits")), "{same:#}");
+    assert!((share(&changes[0]) - 1.0).abs() < 1e-12 && share(&same["remainder"]).abs() < 1e-12, "{same:#}");
+    assert!(!run(&["measure", &folder.arg("glow.ron"), &folder.arg("in.0000.exr"), "--explain", "tier lo"]));
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_is_no_picture_cannot_be_judged() {

@@ -191,13 +191,14 @@ const FILES: &[(&str, &str, Use)] = &[
 const READ_EVERYWHERE: [&str; 2] = ["nodes", "allow"];
 
 /// Options that take any word and name no file.
-const WORDS: [&str; 18] = [
+const WORDS: [&str; 19] = [
     "adapter",
     "case",
     "code",
     "cut",
     "diff_tier",
     "dynamic",
+    "explain",
     "facts",
     "frames",
     "gain_map",

@@ -1,6 +1,6 @@
 //! A budget: the tier follows the times that the host reports.
 
-use afterimage::host::TierChangeReason;
+use afterimage::host::{TierChangeReason, TierLimits};
 use afterimage::{Post, Source};
 use afterimage_gpu::wgpu;
 
@@ -98,4 +98,48 @@ fn passes_are_measured_unless_the_host_measures() {
         host.post.finish_changes().unwrap();
     }
     assert_eq!(host.post.governor().unwrap().name(), "ultra");
+}
+
+/// `lynx.ron`, with this claim of its tier `low`, and those of the others in JOD on two displays.
+fn claiming(low: &str) -> String {
+    format!(
+        r#"Pipeline(extends: "lynx.ron", claims: {{
+            "low": Claim({low}, on: "a test"),
+            "high": Claim(jod: 9.25, for: "desk", on: "a test"),
+            "ultra": Claim(jod: 9.75, for: "tv-hdr", on: "a test"),
+        }})"#
+    )
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn no_tier_is_rendered_that_claims_less_than_the_floor() {
+    let mut host = host();
+    let gpu = host.gpu.clone();
+    let snapshot = |low: &str| {
+        let opened =
+            Post::open(&gpu, Source::text("look.ron", claiming(low))).unwrap_or_else(|error| panic!("{error}"));
+        opened.snapshot().unwrap().clone()
+    };
+    host.post.replace(snapshot("ms: 0.1"), Some("ultra")).unwrap();
+    host.post.govern(TierLimits::new(4.0).min_jod(9.0), &TIERS).unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("high"), &[]));
+    let load = |host: &mut Host| {
+        for _ in 0..100 {
+            host.frame().unwrap();
+            host.post.report_frame_time(host.post.frame(), 7.0);
+            host.post.finish_changes().unwrap();
+        }
+        host.post.governor().unwrap().shortfall().map(|shortfall| shortfall.to_string())
+    };
+    let dear = "high, of 9.25 JOD, takes 7.00 ms, over 4.00, and no cheaper tier claims 9.00 JOD";
+    assert_eq!(load(&mut host).as_deref(), Some(dear));
+    // The claims of the file change.
+    host.post.reload(snapshot(r#"jod: 9.0, for: "desk""#)).unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[]));
+    // What is claimed for another display does not count.
+    host.post.govern(TierLimits::new(4.0).min_jod(9.5).display("desk"), &TIERS).unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("high"), &[]));
+    host.post.govern(TierLimits::new(4.0).min_jod(9.5), &TIERS).unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("ultra"), &[]));
 }

@@ -34,6 +34,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<falling::Falling>("ramp", "more light becomes less"),
     planted::<restless::Restless>("time-backwards", "after 3 frames"),
     planted::<restless::Restless>("time-huge", "after 2 frames"),
+    planted::<CountsInFloats>("after-months", "stands still"),
     planted::<DrawsOtherwise>("ramp", "when drawn"),
     planted::<SharesPrivately>("edge", "when not fused"),
 ];
@@ -224,6 +225,22 @@ fn counts_too_far(source: vec4f, params: CountsTooFar) -> vec4f { return source 
         pass.function(&SHADER, "counts_too_far").set("weight", weight).write("result", desc);
     }
 }
+
+node_kind! {
+    /// Counts frames in floats, which have no odd numbers after three days.
+    pub struct CountsInFloats {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
+}
+faulty!(
+    CountsInFloats,
+    "counts_in_floats",
+    |_| false,
+    "fn counts_in_floats(source: vec4f, frame: Frame) -> vec4f {
+    return vec4f(source.rgb * (0.5 + 0.5 * fract(0.37 * f32(frame.index))), source.a);
+}"
+);
 
 node_kind! {
     /// Has another curve for devices that draw.

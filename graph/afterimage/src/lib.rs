@@ -90,7 +90,7 @@ pub mod host {
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
     pub use crate::error::PostError;
-    pub use crate::governor::{GovernedTier, Governor, TierChange, TierChangeReason};
+    pub use crate::governor::{GovernedTier, Governor, Shortfall, TierChange, TierChangeReason, TierLimits};
     #[doc(hidden)] // For the program.
     pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
     pub use crate::post::{Control, ExpectedFrame, HostImage, Parameter, ParameterInfo, PassTimes, Reading, Watch};

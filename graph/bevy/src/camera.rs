@@ -56,7 +56,7 @@ impl Afterimage {
     /// The same with a budget in milliseconds for the pipeline's passes, and the tiers that hold it, from the worst
     /// picture to the best.
     pub fn budget<T: Into<String>>(mut self, ms: f64, tiers: impl IntoIterator<Item = T>) -> Self {
-        self.budget = Some(Budget { ms, tiers: tiers.into_iter().map(Into::into).collect() });
+        self.budget = Some(Budget { ms, tiers: tiers.into_iter().map(Into::into).collect(), min_jod: None });
         self
     }
 

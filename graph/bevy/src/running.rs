@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage::host::{BlockData, Camera, Executor, Facts, Matrix, Plan, Reading, Watch};
+use afterimage::host::{BlockData, Camera, Executor, Facts, Matrix, Plan, Reading, TierLimits, Watch};
 use afterimage::node::CAMERA;
 use afterimage::{Error, Frame, FrameKind, Post, wgpu};
 use bevy::prelude::*;
@@ -108,7 +108,7 @@ impl CameraPost {
         let is_new = !before.pipeline.snapshot.is_same(snapshot);
         let keeps_tiers = match (budget, &old.budget) {
             // What it has learned stays.
-            (Some(new), Some(old)) => post.governor().is_some() && new.tiers == old.tiers,
+            (Some(new), Some(old)) => post.governor().is_some() && new.tiers == old.tiers && new.min_jod == old.min_jod,
             (Some(_), None) => false,
             (None, _) => post.governor().is_none() && post.tier() == new.tier.as_deref(),
         };
@@ -125,7 +125,7 @@ impl CameraPost {
             Some(governor) => governor.set_budget(budget.ms),
             None => {
                 let tiers: Vec<&str> = budget.tiers.iter().map(String::as_str).collect();
-                self.post.govern(budget.ms, &tiers)?;
+                self.post.govern(TierLimits { min_jod: budget.min_jod, ..budget.ms.into() }, &tiers)?;
             }
         }
         Ok(())

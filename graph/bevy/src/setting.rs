@@ -39,6 +39,8 @@ pub struct Budget {
     pub ms: f64,
     /// Names of tiers, from the worst picture to the best.
     pub tiers: Vec<String>,
+    /// The least claim in JOD of a tier that may be chosen, if any.
+    pub min_jod: Option<f64>,
 }
 
 impl From<bool> for Setting {

@@ -53,11 +53,12 @@ use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
 use args::{Arguments, Command, JobArgs};
 use failure::Failure;
+use process::Again;
 
 /// Runs the program with the kinds of these tables and the arguments of the process.
 pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
     process::prepare();
-    run(tables, std::env::args_os())
+    run_words(tables, std::env::args_os(), Again::of_this_process().as_ref())
 }
 
 /// The script that completes the words of the program in a shell.
@@ -105,8 +106,14 @@ fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
     afterimage_nodes::HOST.iter().filter(is_new).cloned().collect()
 }
 
-/// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name.
+/// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name. All of
+/// it runs in this process.
 pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    run_words(tables, arguments, None)
+}
+
+/// Runs the program; `again` is how to start it in processes of its own, if it may.
+fn run_words(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>, again: Option<&Again>) -> ExitCode {
     let (mut arguments, matches) = match parse(arguments) {
         Ok(parsed) => parsed,
         Err(error) => {
@@ -166,7 +173,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
         Command::Measure(args) => measure::run(args, tables),
         Command::Tune(args) => tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
-        Command::Stress(args) => stress::run(args, tables),
+        Command::Stress(args) => stress::run(args, tables, again),
         Command::Man(args) => manual(&args.folder),
         Command::Completions(args) => {
             terminal::say_text(&completions(args.shell));

@@ -3,7 +3,7 @@
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_lab::measure::{self, MeasureOptions, MeasureReport, Pipeline, SequenceOptions};
+use afterimage_lab::measure::{self, Explainer, Explanation, MeasureOptions, MeasureReport, Pipeline, SequenceOptions};
 use afterimage_media::sequence::{Input, is_numbered};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
@@ -16,7 +16,7 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
 use crate::render::tell_other_numbers;
-use crate::terminal::say_styled;
+use crate::terminal::{say_styled, say_text};
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some(path) = args.plot.as_ref().filter(|path| path.extension().is_none_or(|ending| ending != "svg")) {
@@ -26,9 +26,10 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     let mut options = measure_options(&args.sequences)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
-    let report = report(args, &registry, &options)?;
+    let (report, explanation) = report(args, &registry, &options)?;
     say_styled(&measure::table(&report));
-    write(args, &report)
+    explanation.iter().for_each(|explanation| say_text(&explanation.to_text()));
+    write(args, &report, explanation.as_ref())
 }
 
 /// Options of a measurement from the arguments of `measure` and `tune`.
@@ -75,7 +76,11 @@ pub(crate) fn note_images(args: &SequenceArgs) {
     }
 }
 
-fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> Result<MeasureReport, Failure> {
+fn report(
+    args: &MeasureArgs,
+    registry: &Registry,
+    options: &MeasureOptions,
+) -> Result<(MeasureReport, Option<Explanation>), Failure> {
     let path = &args.pipeline;
     let document = read_document(path)?;
     let files = Files::of(path, &args.sequences.options.kinds);
@@ -91,18 +96,25 @@ fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> 
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,
     };
+    let explainer = args.explain.as_deref().map(|name| Explainer::new(&pipeline, name)).transpose()?;
     note_images(&args.sequences);
     args.json.iter().chain(&args.plot).try_for_each(|out| run_files::writes(out))?;
     if let Some(folder) = &args.error_image {
         run_files::writes_into(folder, |name| options.sequences.may_name_error_image(name))?;
     }
     let gpu = open(&args.sequences.device)?;
-    Ok(measure::measure(&gpu, registry, &pipeline, options, &Bar::new(0))?)
+    let bar = Bar::new(0);
+    let report = measure::measure(&gpu, registry, &pipeline, options, &bar)?;
+    let explain = |explainer: Explainer| explainer.explain(&gpu, registry, &pipeline, options, &report, &bar);
+    let explanation = explainer.map(explain).transpose()?;
+    Ok((report, explanation))
 }
 
-fn write(args: &MeasureArgs, report: &MeasureReport) -> Result<(), Failure> {
+fn write(args: &MeasureArgs, report: &MeasureReport, explanation: Option<&Explanation>) -> Result<(), Failure> {
     if let Some(path) = &args.json {
-        write_atomic(path, format!("{:#}\n", measure::json(report)).as_bytes())?;
+        let mut json = measure::json(report);
+        json["explained"] = serde_json::json!(explanation);
+        write_atomic(path, format!("{json:#}\n").as_bytes())?;
     }
     if let Some(path) = &args.plot {
         write_atomic(path, measure::chart(report).as_bytes())?;

@@ -1,6 +1,9 @@
 //! Signals, variables of drivers, and threads of this process.
 
 use std::error::Error as _;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Command;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -12,6 +15,30 @@ pub(crate) fn prepare() {
     silence_driver();
     #[cfg(target_os = "linux")]
     signals::prepare();
+}
+
+/// The program that this process runs, to start it again with the same arguments.
+pub(crate) struct Again {
+    pub(crate) program: PathBuf,
+    /// The arguments, without the name of the program.
+    pub(crate) words: Vec<OsString>,
+    /// The folder in which it was started.
+    pub(crate) folder: Option<PathBuf>,
+}
+
+impl Again {
+    /// This program, its arguments and its folder; `None` if the system does not tell the program.
+    pub(crate) fn of_this_process() -> Option<Self> {
+        let (program, words) = (std::env::current_exe().ok()?, std::env::args_os().skip(1).collect());
+        Some(Self { program, words, folder: std::env::current_dir().ok() })
+    }
+
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.args(&self.words);
+        self.folder.iter().for_each(|folder| drop(command.current_dir(folder)));
+        command
+    }
 }
 
 /// Asks a layer of Mesa, which sorts adapters as wgpu does, to stay out of the process: it prints lines of its own.

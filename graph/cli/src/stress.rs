@@ -1,5 +1,9 @@
 //! `afterimage stress`: every pipeline and every kind with extreme inputs.
 
+mod processes;
+
+use std::thread::available_parallelism;
+
 use afterimage::host::built_in;
 use afterimage_graph::check::{Checker, Graph};
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean, shown};
@@ -14,13 +18,14 @@ use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, read_document, text};
 use crate::pipeline::{assignments, check_facts, facts, list_files};
+use crate::process::Again;
 use crate::progress::Bar;
 use crate::terminal::{note, say_text};
 
 /// Failed cases that are listed for each pipeline and kind without `--all`.
 const LISTED: usize = 8;
 
-pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Again>) -> Result<(), Failure> {
     let from_folders = folder_kinds(&args.options.kinds)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
@@ -29,9 +34,6 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         return Err(unknown_case(case));
     }
     let (targets, skipped) = targets(args, &registry, &tables)?;
-    args.json.iter().try_for_each(|out| run_files::writes(out))?;
-    skipped.iter().for_each(|kind| note(kind));
-    let gpu = open(&args.device)?;
     let options = StressOptions {
         case: args.case.clone(),
         size: args.size,
@@ -41,7 +43,22 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         tenth: None,
         options: Options::default(),
     };
-    let report = stress::stress(&gpu, &registry, &targets, &options, &Bar::new(targets.len() as u64));
+    if let Some(at) = args.target {
+        return one_target(args, &registry, &targets, at, &options);
+    }
+    args.json.iter().try_for_each(|out| run_files::writes(out))?;
+    skipped.iter().for_each(|kind| note(kind));
+    let gpu = open(&args.device)?;
+    let cores = || available_parallelism().map_or(1, usize::from);
+    let jobs = args.jobs.map_or_else(cores, usize::from).min(targets.len());
+    let report = match again {
+        Some(again) if jobs > 1 => {
+            // It was opened for its errors.
+            drop(gpu);
+            processes::stress(again, &targets, jobs)?
+        }
+        _ => stress::stress(&gpu, &registry, &targets, &options, &Bar::new(targets.len() as u64)),
+    };
     if let Some(path) = &args.json {
         write_atomic(path, &serde_json::to_vec_pretty(&report).expect("names and numbers are JSON"))?;
     }
@@ -50,6 +67,22 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         0 => Ok(()),
         _ => Err(Failure::Printed { status: 1 }),
     }
+}
+
+/// Runs one target of the list for the process that has started this one, and prints its results.
+fn one_target(
+    args: &StressArgs,
+    registry: &Registry,
+    targets: &[Target],
+    at: usize,
+    options: &StressOptions,
+) -> Result<(), Failure> {
+    processes::end_with_parent()?;
+    let target = targets.get(at..).and_then(|rest| rest.get(..1));
+    let target = target.ok_or_else(|| Failure::user(format!("`--target {at}`: there are {}", targets.len())))?;
+    let report = stress::stress(&open(&args.device)?, registry, target, options, &());
+    say_text(&serde_json::to_string(&report.results[0]).expect("names and numbers are JSON"));
+    Ok(())
 }
 
 fn unknown_case(case: &str) -> Failure {

@@ -31,11 +31,15 @@ pub struct TierChange {
     pub expected_ms: f64,
     /// The budget in milliseconds.
     pub budget_ms: f64,
+    /// The claim of the tier from now on in JOD.
+    pub jod: Option<f64>,
+    /// The least claim in JOD of a tier that may be chosen.
+    pub min_jod: Option<f64>,
 }
 
 impl fmt::Display for TierChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { from, to, reason, ms, expected_ms, budget_ms } = self;
+        let Self { from, to, reason, ms, expected_ms, budget_ms, jod, min_jod } = self;
         write!(f, "{from} to {to}: ")?;
         match reason {
             TierChangeReason::Over => write!(f, "{ms:.2} ms, over {budget_ms:.2}; {expected_ms:.2} ms expected"),
@@ -46,6 +50,8 @@ impl fmt::Display for TierChange {
             TierChangeReason::Trial => {
                 write!(f, "{ms:.2} ms, within {budget_ms:.2}; a trial, {expected_ms:.2} ms are a guess")
             }
-        }
+        }?;
+        jod.map_or(Ok(()), |jod| write!(f, "; {jod:.2} JOD"))?;
+        min_jod.map_or(Ok(()), |least| write!(f, ", at least {least:.2}"))
     }
 }

@@ -1,9 +1,11 @@
 //! The choice of a quality tier from measured GPU times.
 
 mod change;
+mod limits;
 mod times;
 
 pub use change::{TierChange, TierChangeReason};
+pub use limits::{Shortfall, TierLimits};
 use times::{MIN_FRAMES, NOW, SPREAD_FRAMES, STEADY_FRAMES, Times};
 
 /// A tier that a [`Governor`] may choose.
@@ -14,9 +16,13 @@ pub struct GovernedTier {
     /// Its cost relative to the others, as `afterimage bench` measures it on any device. `None`, or a number that is
     /// not above zero, if nobody knows.
     pub cost: Option<f64>,
+    /// Its claim in JOD for the display of the limits, if it has one.
+    pub jod: Option<f64>,
 }
 
-/// Chooses the best tier whose frames stay within a budget.
+/// Chooses the best tier whose frames stay within a budget, among those whose claims reach the
+/// [floor](TierLimits::min_jod), if there is one. Where these are all too dear, the [shortfall](Self::shortfall) says
+/// so.
 ///
 /// Medians and the spread between neighbors judge a tier, so a few slow frames are spikes and no load. The first frames
 /// after a change show what the new tier costs relative to the one before. A tier that was not tried is tried when the
@@ -33,8 +39,8 @@ pub struct GovernedTier {
 /// [`Post::govern`](crate::Post::govern) does all of this for a pipeline.
 #[derive(Clone, Debug)]
 pub struct Governor {
-    /// Milliseconds.
-    budget: f64,
+    limits: TierLimits,
+    /// Those that may be chosen.
     tiers: Vec<Tier>,
     tier: usize,
     /// The tier before the last change, and its time then. It is the present one if the change has been learned from.
@@ -50,11 +56,14 @@ pub struct Governor {
     /// `true` while this tier may be left at once.
     is_trial: bool,
     spikes: Spikes,
+    /// Milliseconds over the budget with which the tier stays, because there is no cheaper one.
+    over: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
 struct Tier {
     name: String,
+    jod: Option<f64>,
     /// Relative costs, as changes to worse and to better tiers have shown them. A part of each frame is the same at all
     /// tiers, so under the high load at which a tier is left, they differ by another factor than under a low one.
     costs: [f64; 2],
@@ -111,22 +120,24 @@ const TRENDS: f64 = 4.5;
 const CHEAPER: f64 = 0.9;
 
 impl Governor {
-    /// A governor for these tiers, in order from the worst picture to the best. It begins with the first, which should
-    /// be the cheapest tier.
+    /// A governor of milliseconds, or of other [limits](TierLimits), for these tiers, in order from the worst picture
+    /// to the best. It begins with the first that reaches the floor, which should be the cheapest one.
     ///
     /// # Panics
     /// There is no tier.
-    pub fn new(budget_ms: f64, tiers: &[GovernedTier]) -> Self {
+    pub fn new(limits: impl Into<TierLimits>, tiers: &[GovernedTier]) -> Self {
         assert!(!tiers.is_empty(), "a governor has tiers to choose from");
+        let limits = limits.into();
         let mut cost = 1.0 / GUESSED_STEP;
-        let mut of = |tier: &GovernedTier| {
+        let of = |tier: &GovernedTier| {
             cost = tier.cost.filter(|cost| cost.is_finite() && *cost > 0.0).unwrap_or(GUESSED_STEP * cost);
-            let (name, costs) = (tier.name.clone(), [cost; 2]);
-            Tier { name, costs, is_measured: false, retry: 0.0, failed: f64::INFINITY, wait: MIN_WAIT }
+            let (name, jod, costs) = (tier.name.clone(), tier.jod, [cost; 2]);
+            Tier { name, jod, costs, is_measured: false, retry: 0.0, failed: f64::INFINITY, wait: MIN_WAIT }
         };
+        let tiers = reaching(tiers, limits.min_jod).into_iter().map(of).collect();
         Self {
-            budget: budget_ms,
-            tiers: tiers.iter().map(&mut of).collect(),
+            limits,
+            tiers,
             tier: 0,
             before: 0,
             before_ms: 0.0,
@@ -136,10 +147,11 @@ impl Governor {
             changed: -COOL_DOWN,
             is_trial: false,
             spikes: Spikes::Unknown,
+            over: None,
         }
     }
 
-    /// The index of the tier that frames should have.
+    /// The index among [`names`](Self::names) of the tier that frames should have.
     pub fn tier(&self) -> usize {
         self.tier
     }
@@ -149,7 +161,7 @@ impl Governor {
         &self.tiers[self.tier].name
     }
 
-    /// The names of all tiers, from the worst picture to the best.
+    /// The names of the tiers that may be chosen, from the worst picture to the best.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.tiers.iter().map(|tier| tier.name.as_str())
     }
@@ -159,14 +171,23 @@ impl Governor {
         self.tiers[tier].costs[0]
     }
 
-    /// The budget in milliseconds.
-    pub fn budget_ms(&self) -> f64 {
-        self.budget
+    /// The limits.
+    pub fn limits(&self) -> &TierLimits {
+        &self.limits
     }
 
     /// Sets the budget in milliseconds.
     pub fn set_budget(&mut self, budget_ms: f64) {
-        self.budget = budget_ms;
+        (self.limits.ms, self.over) = (budget_ms, None);
+    }
+
+    /// The reason why the limits are not held at present: no tier reaches the floor, or frames are over the budget at
+    /// the cheapest that does. `None` if they are held.
+    pub fn shortfall(&self) -> Option<Shortfall> {
+        let Tier { name, jod, .. } = &self.tiers[self.tier];
+        let TierLimits { ms: budget_ms, min_jod, .. } = self.limits;
+        let shortfall = Shortfall { tier: name.clone(), jod: *jod, min_jod, ms: self.over, budget_ms };
+        (shortfall.ms.is_some() || shortfall.is_of_quality()).then_some(shortfall)
     }
 
     /// Takes the GPU time of a frame in milliseconds, the tier that it was rendered with, and the seconds since the
@@ -236,25 +257,26 @@ impl Governor {
         let (now, spread, trend) = (self.times.median(0, NOW), DEVIATIONS * self.times.deviation(), self.times.trend());
         if self.is_trial && frames < STEADY_FRAMES {
             let least = self.times.least(TRIAL_FRAMES);
-            return if least > self.budget { self.leave(least) } else { None };
+            return if least > self.limits.ms { self.leave(least) } else { None };
         }
         let rise = TRENDS * trend.max(0.0);
-        if frames >= MIN_FRAMES && now > self.budget {
+        if frames >= MIN_FRAMES && now > self.limits.ms {
             // Where the load has just stepped up, the newest frames have more of it.
             return self.leave(self.times.median(0, TRIAL_FRAMES).max(now) + spread + rise);
         }
         if frames < STEADY_FRAMES {
             return None;
         }
-        if trend > 0.0 && now + spread + SOON * trend > self.budget {
+        if trend > 0.0 && now + spread + SOON * trend > self.limits.ms {
             return self.leave(now + spread + rise);
         }
         let long = self.times.median(0, SPREAD_FRAMES / 2) + spread;
-        if long > self.budget && self.is_often(self.times.over(self.budget), 2.0) {
+        if long > self.limits.ms && self.is_often(self.times.over(self.limits.ms), 2.0) {
             return self.leave(long);
         }
+        self.over = None;
         let steady = self.times.median(0, STEADY_FRAMES) + spread;
-        if self.is_trial || steady + rise > self.budget {
+        if self.is_trial || steady + rise > self.limits.ms {
             return None;
         }
         self.avoid_spikes(steady).or_else(|| self.improve(steady + rise))
@@ -267,10 +289,13 @@ impl Governor {
             .filter(|tier| *tier < self.tier || self.tiers[*tier].is_measured)
             .filter(is_cheaper)
             .collect();
-        let fitting = ways.iter().copied().rfind(|tier| self.expected(high, *tier) <= self.budget);
+        let fitting = ways.iter().copied().rfind(|tier| self.expected(high, *tier) <= self.limits.ms);
         let cheapest = ways.into_iter().min_by(|a, b| self.cost(*a).total_cmp(&self.cost(*b)));
         // If no tier is known to be cheaper, a worse one may be whose cost is wrong.
-        let to = fitting.or(cheapest).or(self.tier.checked_sub(1))?;
+        let Some(to) = fitting.or(cheapest).or(self.tier.checked_sub(1)) else {
+            self.over = Some(high);
+            return None;
+        };
         if self.clock - self.changed < LASTING {
             let tier = &mut self.tiers[self.tier];
             (tier.failed, tier.retry) = (high, self.clock + tier.wait);
@@ -284,11 +309,11 @@ impl Governor {
 
     /// Tries a cheaper tier for spikes, and judges one that is tried.
     fn avoid_spikes(&mut self, steady: f64) -> Option<TierChange> {
-        let (over, frames) = (self.times.over(self.budget), self.times.len() as f64);
+        let (over, frames) = (self.times.over(self.limits.ms), self.times.len() as f64);
         match self.spikes {
             Spikes::Tried(from, share) if over >= 3 && over as f64 >= 0.5 * share * frames => {
                 self.spikes = Spikes::Stay(self.clock + SPIKES_WAIT);
-                let returns = self.expected(steady, from) <= self.budget;
+                let returns = self.expected(steady, from) <= self.limits.ms;
                 returns.then(|| self.change(from, TierChangeReason::Room, steady))
             }
             Spikes::Tried(_, share) => {
@@ -312,7 +337,7 @@ impl Governor {
         if let Spikes::Tried(..) = self.spikes {
             return None;
         }
-        let limit = self.budget * (1.0 - MARGIN);
+        let limit = self.limits.ms * (1.0 - MARGIN);
         let spikes = MAX_SHARE_OVER * self.times.len() as f64;
         let is_known_to_fit = |tier: &usize| {
             let (Tier { is_measured, retry, failed, .. }, ms) = (&self.tiers[*tier], self.expected(high, *tier));
@@ -324,7 +349,7 @@ impl Governor {
         }
         let mut untried = (self.tier + 1..self.tiers.len()).take_while(|tier| !self.tiers[*tier].is_measured);
         let to = untried.find(|tier| self.clock >= self.tiers[*tier].retry)?;
-        let is_patient = self.times.len() >= PATIENT_FRAMES && high <= self.budget * (1.0 - ROOM);
+        let is_patient = self.times.len() >= PATIENT_FRAMES && high <= self.limits.ms * (1.0 - ROOM);
         let is_worth = is_patient || self.expected(high, to) <= limit;
         is_worth.then(|| self.change(to, TierChangeReason::Trial, high))
     }
@@ -339,7 +364,7 @@ impl Governor {
     fn avoidable(&self, tier: usize) -> usize {
         let cheapest = (0..self.tiers.len()).map(|tier| self.cost(tier)).fold(f64::INFINITY, f64::min);
         let share = cheapest / self.cost(self.tier);
-        let is_over = |ms: &f64| self.expected(*ms, tier) > self.budget && *ms * share <= self.budget;
+        let is_over = |ms: &f64| self.expected(*ms, tier) > self.limits.ms && *ms * share <= self.limits.ms;
         // The last frames may be a step of the load, which their median decides first.
         self.times.earlier().filter(is_over).count()
     }
@@ -354,14 +379,26 @@ impl Governor {
     fn change(&mut self, to: usize, reason: TierChangeReason, ms: f64) -> TierChange {
         let from = self.tier;
         let [from_name, to_name] = [from, to].map(|tier| self.tiers[tier].name.clone());
-        let (expected_ms, budget_ms) = (self.expected(ms, to), self.budget);
+        let (expected_ms, jod) = (self.expected(ms, to), self.tiers[to].jod);
+        let TierLimits { ms: budget_ms, min_jod, .. } = self.limits;
         self.before_ms = match reason {
             TierChangeReason::Over => self.times.median(0, TRIAL_FRAMES).max(self.times.median(0, NOW)),
             _ => self.times.median(0, STEADY_FRAMES),
         };
         (self.before, self.tier, self.is_trial) = (from, to, to > from);
-        (self.changed, self.settling) = (self.clock, SETTLING_FRAMES);
+        (self.changed, self.settling, self.over) = (self.clock, SETTLING_FRAMES, None);
         self.times.clear();
-        TierChange { from: from_name, to: to_name, reason, ms, expected_ms, budget_ms }
+        TierChange { from: from_name, to: to_name, reason, ms, expected_ms, budget_ms, jod, min_jod }
     }
+}
+
+/// The tiers that claim at least so many JOD. If none does, the best claim alone; of equal ones, the last.
+fn reaching(tiers: &[GovernedTier], min_jod: Option<f64>) -> Vec<&GovernedTier> {
+    let Some(least) = min_jod else { return tiers.iter().collect() };
+    let reaching: Vec<&GovernedTier> = tiers.iter().filter(|tier| tier.jod.is_some_and(|jod| jod >= least)).collect();
+    if !reaching.is_empty() {
+        return reaching;
+    }
+    let claim = |tier: &GovernedTier| tier.jod.filter(|jod| !jod.is_nan()).unwrap_or(f64::NEG_INFINITY);
+    tiers.iter().max_by(|a, b| claim(a).total_cmp(&claim(b))).into_iter().collect()
 }

@@ -1,12 +1,11 @@
 //! A pipeline that changes its tier by itself to hold a budget.
 
 use afterimage_gpu::{GpuError, LoadedPlan};
-use afterimage_graph::check::Graph;
 
 use super::Post;
 use super::governed::{Governed, TimeSource};
 use crate::error::{Error, PostError};
-use crate::governor::{GovernedTier, Governor, TierChange};
+use crate::governor::{Governor, TierChange, TierLimits};
 
 impl Post {
     /// Holds a budget in milliseconds from the next frame on: a [`Governor`] chooses one of these tiers, which are in
@@ -14,26 +13,23 @@ impl Post {
     /// [claims](Self::claim). Each change is one as by [`set_tier`](Self::set_tier), in the background, and
     /// [fades](Self::set_fade) if changes do.
     ///
+    /// With a floor, as in `TierLimits::new(4.0).min_jod(9.0)`, it never chooses a tier that claims less. Where no tier
+    /// holds both limits, the floor comes first, and [`Governor::shortfall`] has the reason.
+    ///
     /// It measures the passes of this pipeline, as [`time_passes`](Self::time_passes) does, unless the host
     /// [reports](Self::report_frame_time) times of its own. Where the device has no timestamps inside passes and the
     /// host reports none, the first tier stays. A tier whose plan cannot be made is not taken again for a while.
     ///
     /// # Errors
     /// There is no such tier, or none in the list. Nothing changes.
-    pub fn govern(&mut self, budget_ms: f64, tiers: &[&str]) -> Result<(), Error> {
+    pub fn govern(&mut self, limits: impl Into<TierLimits>, tiers: &[&str]) -> Result<(), Error> {
         if tiers.is_empty() {
             return Err(PostError::NoTier.into());
         }
-        let snapshot = &self.files()?.snapshot;
-        let graphs = tiers.iter().map(|tier| snapshot.graph(Some(tier))).collect::<Result<Vec<Graph>, Error>>()?;
-        let tiers = tiers.iter().map(|tier| {
-            let cost = snapshot.claim(tier).and_then(|claim| claim.ms);
-            GovernedTier { name: (*tier).to_owned(), cost }
-        });
-        let governor = Governor::new(budget_ms, &tiers.collect::<Vec<_>>());
-        self.change(graphs[governor.tier()].clone());
-        let (source, taken) = (TimeSource::Passes, self.frame);
-        self.governed = Some(Governed { governor, graphs, source, taken, seconds: 0.0, last_change: None });
+        let governed = Governed::new(&self.files()?.snapshot, limits.into(), tiers, self.frame)?;
+        governed.governor.shortfall().iter().for_each(|shortfall| log::info!("{shortfall}"));
+        self.change(governed.present_graph());
+        self.governed = Some(governed);
         Ok(())
     }
 

@@ -2,12 +2,15 @@
 
 use afterimage_graph::check::Graph;
 
-use crate::governor::{Governor, TierChange};
+use crate::error::Error;
+use crate::governor::{GovernedTier, Governor, TierChange, TierLimits};
+use crate::snapshot::Snapshot;
 
 /// The tiers of a pipeline, and the governor that chooses one.
 pub(super) struct Governed {
     pub(super) governor: Governor,
-    pub(super) graphs: Vec<Graph>,
+    /// Those of all tiers that the host has named, also of those that the governor may not choose.
+    graphs: Vec<(String, Graph)>,
     pub(super) source: TimeSource,
     /// Frames up to this one had another tier, or their times have been taken.
     pub(super) taken: u64,
@@ -27,8 +30,35 @@ pub(super) enum TimeSource {
 }
 
 impl Governed {
+    /// Begins with the claims of the pipeline. Frames up to `taken` have another tier.
+    pub(super) fn new(snapshot: &Snapshot, limits: TierLimits, tiers: &[&str], taken: u64) -> Result<Self, Error> {
+        let graph = |tier: &&str| Ok(((*tier).to_owned(), snapshot.graph(Some(tier))?));
+        let graphs = tiers.iter().map(graph).collect::<Result<Vec<(String, Graph)>, Error>>()?;
+        let tiers = tiers.iter().map(|tier| {
+            let claim = snapshot.claim(tier);
+            let seen = claim.filter(|claim| limits.display.is_none() || claim.display == limits.display);
+            let (cost, jod) = (claim.and_then(|claim| claim.ms), seen.and_then(|claim| claim.jod));
+            GovernedTier { name: (*tier).to_owned(), cost, jod }
+        });
+        let tiers: Vec<GovernedTier> = tiers.collect();
+        let governor = Governor::new(limits, &tiers);
+        Ok(Self { governor, graphs, source: TimeSource::Passes, taken, seconds: 0.0, last_change: None })
+    }
+
+    /// Takes the pipeline's files again. What is known about its tiers stays, unless others may be chosen now.
+    pub(super) fn reload(&mut self, snapshot: &Snapshot, taken: u64) -> Result<(), Error> {
+        let names: Vec<&str> = self.graphs.iter().map(|(name, _)| name.as_str()).collect();
+        let new = Self::new(snapshot, self.governor.limits().clone(), &names, taken)?;
+        match new.governor.names().eq(self.governor.names()) {
+            true => self.graphs = new.graphs,
+            false => *self = Self { source: self.source, ..new },
+        }
+        Ok(())
+    }
+
     pub(super) fn present_graph(&self) -> Graph {
-        self.graphs[self.governor.tier()].clone()
+        let present = self.graphs.iter().find(|(name, _)| name == self.governor.name());
+        present.expect("each tier of the governor has a graph").1.clone()
     }
 
     /// Takes the time of a frame, unless it had another tier or was taken before.

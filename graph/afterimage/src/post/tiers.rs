@@ -1,7 +1,6 @@
 //! The files of a pipeline: tiers by name, and reloads.
 
 use afterimage_gpu::{Executor, Gpu};
-use afterimage_graph::check::Graph;
 use afterimage_graph::document::Claim;
 
 use super::Post;
@@ -140,8 +139,7 @@ impl Post {
     pub fn reload(&mut self, snapshot: Snapshot) -> Result<(), Error> {
         let graph = match &mut self.governed {
             Some(governed) => {
-                let graphs = governed.governor.names().map(|tier| snapshot.graph(Some(tier)));
-                governed.graphs = graphs.collect::<Result<Vec<Graph>, Error>>()?;
+                governed.reload(&snapshot, self.frame)?;
                 governed.present_graph()
             }
             None => snapshot.graph(self.tier())?,

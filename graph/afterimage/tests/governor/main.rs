@@ -8,7 +8,7 @@ mod traces;
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-use afterimage::host::{GovernedTier, Governor, TierChange, TierChangeReason};
+use afterimage::host::{GovernedTier, Governor, TierChange, TierChangeReason, TierLimits};
 use traces::{BUDGET, COSTS, DT, FRAMES, Random, TIERS, Trace, traces};
 
 const NAMES: [&str; TIERS] = ["low", "medium", "high", "ultra"];
@@ -82,7 +82,7 @@ fn run(trace: &Trace, mut choose: impl FnMut(Option<(usize, f64)>) -> (usize, Op
 fn governed(trace: &Trace) -> Outcome {
     let mut tiers = Vec::new();
     for (name, cost) in NAMES.iter().zip(trace.given) {
-        tiers.push(GovernedTier { name: (*name).to_owned(), cost });
+        tiers.push(GovernedTier { name: (*name).to_owned(), cost, jod: None });
     }
     let mut governor = Governor::new(BUDGET, &tiers);
     run(trace, |arrived| {
@@ -181,7 +181,7 @@ fn frames_stay_within_the_budget_at_nearly_the_best_tier() {
 }
 
 fn governor(costs: &[Option<f64>]) -> Governor {
-    let tier = |(name, cost): (&&str, &Option<f64>)| GovernedTier { name: (*name).to_owned(), cost: *cost };
+    let tier = |(name, cost): (&&str, &Option<f64>)| GovernedTier { name: (*name).to_owned(), cost: *cost, jod: None };
     Governor::new(BUDGET, &NAMES.iter().zip(costs).map(tier).collect::<Vec<_>>())
 }
 
@@ -230,7 +230,7 @@ fn any_costs_are_taken() {
             governor.frame(governor.tier(), if frame < 1000 { 1.0 } else { 9.0 }, DT);
         }
     }
-    let mut none = Governor::new(f64::NAN, &[GovernedTier { name: "low".to_owned(), cost: None }]);
+    let mut none = Governor::new(f64::NAN, &[GovernedTier { name: "low".to_owned(), cost: None, jod: None }]);
     assert_eq!(first_change(&mut none, |_| 1.0), None);
 }
 
@@ -251,4 +251,93 @@ fn a_tier_that_is_refused_is_left() {
     assert_eq!(governor.name(), "low");
     let next = first_change(&mut governor, |_| 1.0).expect("another one is tried");
     assert_eq!(next.to, "high");
+}
+
+/// A governor whose tiers claim this quality.
+fn with_floor(min_jod: f64, claims: [Option<f64>; TIERS]) -> Governor {
+    let named = NAMES.iter().zip(COSTS).zip(claims);
+    let tiers = named.map(|((name, cost), jod)| GovernedTier { name: (*name).to_owned(), cost: Some(cost), jod });
+    Governor::new(TierLimits::new(BUDGET).min_jod(min_jod), &tiers.collect::<Vec<_>>())
+}
+
+const CLAIMS: [Option<f64>; TIERS] = [Some(8.25), Some(9.0), None, Some(9.9)];
+
+#[test]
+fn no_tier_below_the_floor_is_chosen_whatever_frames_take() {
+    for trace in traces(1) {
+        let mut governor = with_floor(9.0, CLAIMS);
+        let outcome = run(&trace, |arrived| {
+            let change = arrived.and_then(|(tier, ms)| governor.frame(tier, ms, DT));
+            assert!(["medium", "ultra"].contains(&governor.name()), "{}: {}", trace.name, governor.name());
+            (governor.tier(), change)
+        });
+        let told = outcome.changes.iter().all(|(_, change)| change.jod >= Some(9.0) && change.min_jod == Some(9.0));
+        assert!(told, "{}", trace.name);
+    }
+    let mut governor = with_floor(9.0, CLAIMS);
+    let up = first_change(&mut governor, |_| 1.0).expect("the load is small");
+    assert_eq!(
+        up.to_string(),
+        "medium to ultra: 1.00 ms, within 4.00; a trial, 1.82 ms are a guess; 9.90 JOD, at least 9.00"
+    );
+}
+
+#[test]
+fn a_floor_that_costs_the_budget_is_told() {
+    let mut governor = with_floor(9.0, CLAIMS);
+    assert_eq!(governor.shortfall(), None);
+    assert_eq!(first_change(&mut governor, |_| 6.0), None, "the cheapest that may be chosen");
+    let shortfall = governor.shortfall().expect("it is too dear").to_string();
+    assert_eq!(shortfall, "medium, of 9.00 JOD, takes 6.00 ms, over 4.00, and no cheaper tier claims 9.00 JOD");
+    assert!(first_change(&mut governor, |_| 1.0).is_some());
+    assert_eq!(governor.shortfall(), None);
+    let mut free = self::governor(&COSTS.map(Some));
+    assert_eq!(first_change(&mut free, |_| 6.0), None);
+    let shortfall = free.shortfall().expect("it is too dear").to_string();
+    assert_eq!(shortfall, "low, without a claim, takes 6.00 ms, over 4.00, and no tier is cheaper");
+    free.set_budget(8.0);
+    assert_eq!(free.shortfall(), None);
+}
+
+#[test]
+fn the_best_claim_stays_where_none_reaches_the_floor() {
+    let none = [None; TIERS];
+    let nan = [Some(9.0), Some(f64::NAN), Some(8.0), None];
+    let equal = [Some(9.0), Some(9.5), Some(9.5), None];
+    let cases = [
+        (9.95, CLAIMS, "ultra"),
+        (f64::NAN, CLAIMS, "ultra"),
+        (11.0, CLAIMS, "ultra"),
+        (f64::INFINITY, CLAIMS, "ultra"),
+        (f64::NEG_INFINITY, none, "ultra"),
+        (9.2, nan, "low"),
+        (9.9, equal, "high"),
+    ];
+    for (floor, claims, best) in cases {
+        let mut governor = with_floor(floor, claims);
+        assert_eq!(governor.names().collect::<Vec<_>>(), [best], "{floor}");
+        assert!(governor.shortfall().is_some_and(|shortfall| shortfall.is_of_quality()), "{floor}");
+        for ms in [9.0, 0.1] {
+            assert_eq!(first_change(&mut governor, |_| ms), None, "{floor}");
+        }
+    }
+    let mut governor = with_floor(9.95, CLAIMS);
+    let none = "no tier claims 9.95 JOD: ultra, of 9.90 JOD, stays, and the budget of 4.00 ms is not held";
+    assert_eq!(governor.shortfall().expect("no tier reaches it").to_string(), none);
+    first_change(&mut governor, |_| 9.0);
+    let over = format!("{none}; frames take 9.00 ms");
+    assert_eq!(governor.shortfall().expect("no tier reaches it").to_string(), over);
+}
+
+#[test]
+fn each_claim_reaches_the_lowest_floor_and_no_difference_the_highest() {
+    for floor in [0.0, f64::NEG_INFINITY] {
+        let governor = with_floor(floor, CLAIMS);
+        assert_eq!(governor.names().collect::<Vec<_>>(), ["low", "medium", "ultra"], "a tier without a claim is none");
+        assert_eq!((governor.name(), governor.shortfall()), ("low", None));
+    }
+    let governor = with_floor(10.0, [Some(9.99), Some(10.0), None, Some(10.0)]);
+    assert_eq!(governor.names().collect::<Vec<_>>(), ["medium", "ultra"]);
+    let negative = with_floor(0.0, [Some(-0.5), Some(0.0), Some(1.0), None]);
+    assert_eq!(negative.names().collect::<Vec<_>>(), ["medium", "high"]);
 }

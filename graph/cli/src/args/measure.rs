@@ -27,7 +27,12 @@ FLIP: the visible difference of alternating images, 0 to 1
 JOD: what is seen of the whole sequence at `--fps` on the display, by ColorVideoVDP: 10 is no difference, and at 9 \
 three of four people prefer the reference
 dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
-flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
+flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes
+
+`--explain` makes each change of the variant on its own, in the frame with the largest p99.9 and there in the pixels \
+around the largest error. The share of a change is the projection of its signed error on that of the variant, and \
+codes is its largest. Shares and the remainder, which is what the changes do not add up to, are 100 % together. A \
+negative share makes the error smaller";
 
 /// The meaning of a claim, below the options of `tune`.
 const CLAIMS: &str = "\
@@ -100,6 +105,9 @@ pub(crate) struct MeasureArgs {
     /// Write images of the error of each variant: black below 1/16 of a code, red near 1, white from 64
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "DIR")]
     pub(crate) error_image: Option<PathBuf>,
+    /// Find which changes make the worst error of this tier or variant; `--error-image` then also has pictures of it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) explain: Option<String>,
     #[command(flatten)]
     pub(crate) sequences: SequenceArgs,
 }

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use afterimage_graph::color::GRAPHICS_WHITE;
 use afterimage_media::{Encoding, Samples, write_image};
 
 use crate::LabError;
-use crate::metrics::{Shown, difference};
+use crate::metrics::{Range, Shown, difference, srgb_encode};
 
 /// The ends of the logarithmic scale, in codes.
 const DARK: f32 = 1.0 / 16.0;
@@ -24,9 +25,23 @@ const SCALE: [[f32; 3]; 6] = [
 /// Writes a PNG with the error of each pixel in false colors.
 pub(crate) fn write(path: &Path, reference: &Shown, shown: &Shown) -> Result<(), LabError> {
     let errors = difference(&reference.codes(), &shown.codes());
-    let bytes: Vec<u8> = errors.into_iter().flat_map(color).collect();
-    let size = (reference.width as u32, reference.height as u32);
-    write_image(path, (size, Samples::Byte(&bytes)), &Encoding { dither: None, ..Encoding::PNG })?;
+    write_bytes(path, reference, &errors.into_iter().flat_map(color).collect::<Vec<u8>>())
+}
+
+/// Writes a PNG of what is shown. Of an HDR picture it has what is not brighter than white.
+pub(crate) fn write_shown(path: &Path, shown: &Shown) -> Result<(), LabError> {
+    let signal = |x: f32| match shown.range {
+        Range::Sdr => f64::from(x),
+        Range::Hdr => srgb_encode(f64::from(x) / GRAPHICS_WHITE.get()),
+    };
+    let byte = |x: f32| (255.0 * signal(x)).round() as u8;
+    let bytes = shown.pixels.iter().flat_map(|[r, g, b]| [byte(*r), byte(*g), byte(*b), 255]);
+    write_bytes(path, shown, &bytes.collect::<Vec<u8>>())
+}
+
+fn write_bytes(path: &Path, like: &Shown, bytes: &[u8]) -> Result<(), LabError> {
+    let size = (like.width as u32, like.height as u32);
+    write_image(path, (size, Samples::Byte(bytes)), &Encoding { dither: None, ..Encoding::PNG })?;
     Ok(())
 }
 

@@ -7,6 +7,7 @@ mod chart;
 mod charts;
 mod error_image;
 pub(crate) mod errors;
+mod explain;
 mod json;
 pub(crate) mod reference;
 mod report;
@@ -26,6 +27,7 @@ use afterimage_plan::{Options, Plan};
 
 pub use chart::chart;
 pub use errors::{Errors, Flicker};
+pub use explain::{ErrorShare, Explainer, Explanation};
 pub use json::json;
 pub use reference::Figures;
 pub use report::{MeasureReport, Row, SequenceInfo};
@@ -78,12 +80,8 @@ pub fn measure(
     if let Some(folder) = &options.error_images {
         make_folder(folder)?;
     }
-    let output = reference::output(&pipeline.written, options.output.as_deref())?;
-    let view = View::of(&pipeline.written, output)?;
+    let mut measurement = Measurement::new(gpu, pipeline, options, progress)?;
     let sources = sequences::sources(&options.sequences, &pipeline.written)?;
-    let runner = SequenceRunner::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples)?;
-    let display = options.display.unwrap_or(Display::of(view.range()));
-    let mut measurement = Measurement { pipeline, options, output: &output.name, view, display, runner, progress };
     let mut report = measurement.report(gpu, registry, &sources)?;
     report.mark_pareto();
     Ok(report)
@@ -103,7 +101,21 @@ struct Measurement<'a> {
     progress: &'a dyn Progress,
 }
 
-impl Measurement<'_> {
+impl<'a> Measurement<'a> {
+    fn new(
+        gpu: &Gpu,
+        pipeline: &'a Pipeline,
+        options: &'a MeasureOptions,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, LabError> {
+        let written = &pipeline.written;
+        let output = reference::output(written, options.output.as_deref())?;
+        let view = View::of(written, output)?;
+        let runner = SequenceRunner::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
+        let display = options.display.unwrap_or(Display::of(view.range()));
+        Ok(Self { pipeline, options, output: &output.name, view, display, runner, progress })
+    }
+
     fn report(
         &mut self,
         gpu: &Gpu,

@@ -104,8 +104,22 @@ impl Reference {
         &self.output
     }
 
-    /// Renders a frame of the loaded plan.
-    fn shown(
+    /// Renders a frame of the plan that is just loaded, and those before it.
+    pub(crate) fn frame(
+        &self,
+        session: &mut Session,
+        sequence: &TestSequence,
+        view: View,
+        frame: usize,
+    ) -> Result<Shown, LabError> {
+        for before in 0..frame {
+            session.submit(sequence.images(before), sequence.step(before))?;
+        }
+        self.shown(session, sequence, view, frame)
+    }
+
+    /// Renders the next frame of the loaded plan.
+    pub(crate) fn shown(
         &self,
         session: &mut Session,
         sequence: &TestSequence,

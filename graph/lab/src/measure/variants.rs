@@ -250,6 +250,32 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     all
 }
 
+/// Copies of `from`, each with one of the changes that turn it into `to`. A change whose node is not valid without others
+/// has none.
+pub(crate) fn single_changes(from: &Graph, to: &Graph) -> Vec<Graph> {
+    let mut all = Vec::new();
+    for (index, (before, after)) in from.nodes.iter().zip(&to.nodes).enumerate() {
+        let mut change = |set: &dyn Fn(&mut GraphNode)| {
+            let mut graph = from.clone();
+            set(&mut graph.nodes[index]);
+            if graph.nodes[index].instance.verify().is_ok() && !changes(from, &graph).is_empty() {
+                all.push(graph);
+            }
+        };
+        for (at, value) in after.instance.values().iter().enumerate() {
+            if before.instance.values()[at] != *value {
+                change(&|node| drop(node.instance.set(at, value.clone())));
+            }
+        }
+        change(&|node| node.off = after.off);
+        change(&|node| node.when.clone_from(&after.when));
+        change(&|node| node.format = after.format);
+        change(&|node| node.bake = after.bake);
+        change(&|node| node.every = after.every);
+    }
+    all
+}
+
 /// The graph with every quality switch at its most accurate. Formats are the planner's option `exact`.
 pub(crate) fn most_accurate(graph: &Graph) -> Result<Graph, LabError> {
     let mut exact = graph.clone();

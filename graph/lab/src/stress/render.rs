@@ -25,12 +25,14 @@ pub(crate) struct StressFrame {
     pub(crate) sanitized: bool,
     pub(crate) dt: f32,
     pub(crate) reset: bool,
+    /// Its time in seconds. Where it is not 0, its number is that of 60 frames a second.
+    pub(crate) time: f64,
 }
 
 impl StressFrame {
     /// A first frame.
     pub(crate) fn still(image: Extreme) -> Self {
-        Self { image, sanitized: false, dt: 0.0, reset: true }
+        Self { image, sanitized: false, dt: 0.0, reset: true, time: 0.0 }
     }
 }
 
@@ -166,7 +168,10 @@ impl Renderer {
         session.load(size, &frames[0].0)?;
         // Noise depends on the number of the frame.
         session.restart();
-        let texels = session.render_all(&frames, together)?;
+        let texels = match request.inputs.iter().any(|input| input.time != 0.0) {
+            true => numbered(session, &frames)?,
+            false => session.render_all(&frames, together)?,
+        };
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.savings.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
@@ -192,7 +197,7 @@ impl Renderer {
                 let image = self.image(*frame, desc, planned.signedness)?;
                 images.push(InputImage { finite: configuration.unsanitized, ..image.named(name) });
             }
-            frames.push((images, FrameStep { time: 0.0, dt: frame.dt, kind: FrameKind::cut_if(frame.reset) }));
+            frames.push((images, FrameStep { time: frame.time, dt: frame.dt, kind: FrameKind::cut_if(frame.reset) }));
         }
         Ok(frames)
     }
@@ -291,6 +296,19 @@ fn plausible(block: &'static HostBlock) -> BlockData {
         glam::camera::rh::proj::directx::perspective_infinite_reverse(1.0, 16.0 / 9.0, 0.1).to_cols_array_2d();
     let camera = Camera { previous_view: view(0.2), jitter: [0.25, -0.25], ..Camera::still(view(0.25), projection) };
     camera.data().expect("its matrices have inverses")
+}
+
+/// Renders frames one by one, each with the number that belongs to its time.
+fn numbered(session: &mut Session, frames: &[FrameInputs]) -> Result<Vec<Vec<Texels>>, GpuError> {
+    let render = |(images, step): &FrameInputs| {
+        if step.kind == FrameKind::Cut {
+            session.restart();
+        }
+        session.post().executor().number_next((60.0 * step.time).round() as u32);
+        session.submit(images, *step)?;
+        session.outputs()
+    };
+    frames.iter().map(render).collect()
 }
 
 fn one_line(text: &str) -> String {

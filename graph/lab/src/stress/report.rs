@@ -1,5 +1,6 @@
 //! The results: a table, and for each failed case a line with the command that runs it again.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -7,7 +8,7 @@ use afterimage_graph::diagnostic::shown;
 use afterimage_graph::image::Size;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::settings::arguments;
 use super::target::{Overrides, Target};
@@ -20,7 +21,7 @@ pub struct StressReport {
 }
 
 /// The cases of one pipeline or kind.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Results {
     pub title: String,
     /// The number of tested frames and sequences.
@@ -28,13 +29,13 @@ pub struct Results {
     /// Parameter values that the kind refuses.
     pub refused: usize,
     /// The number of tests of each invariant. Finite values and their range are tested in every case.
-    pub verdicts: BTreeMap<&'static str, usize>,
+    pub verdicts: BTreeMap<Cow<'static, str>, usize>,
     pub failures: Vec<Failed>,
     /// Faults of functions of kinds in folders at the defaults, with all images together: a sentence for each.
     pub kernel_faults: Vec<String>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failed {
     /// The image or the sequence.
     pub case: String,
@@ -55,9 +56,16 @@ impl Results {
         }
     }
 
+    /// The results of a target whose process has ended without any.
+    pub fn lost(target: &Target, why: String) -> Self {
+        let command = format!("afterimage stress {}{}", target.words, arguments(&target.base));
+        let failed = Failed { case: "process".to_owned(), why, command };
+        Self { failures: vec![failed], ..Self::new(target) }
+    }
+
     /// Counts a test of an invariant.
     pub(crate) fn judged(&mut self, verdict: &'static str) {
-        *self.verdicts.entry(verdict).or_default() += 1;
+        *self.verdicts.entry(Cow::Borrowed(verdict)).or_default() += 1;
     }
 
     /// Counts a case, and adds it to the failures if something is wrong.

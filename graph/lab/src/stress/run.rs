@@ -126,6 +126,7 @@ impl CaseRunner<'_> {
         }
         variants::compare(self, &changes);
         time::sequences(self, graph);
+        time::late(self, graph);
         motion::moving_lines(self, graph);
     }
 

@@ -23,6 +23,11 @@ const SETTLED: Tolerance = Tolerance { relative: 2e-3, absolute: 4e-3 };
 /// The tolerance of 32-bit rounding between two equal frames.
 const STILL: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 
+/// The names of late times, and their days: what is counted in floats has no frames left.
+const LATE: [(&str, f64); 2] = [("after-days", 4.0), ("after-months", 100.0)];
+/// The image of late times. What moves in a frame, as grain or hot air, is seen in it.
+const LATE_IMAGE: &str = "edge";
+
 /// A sequence with a name for `--case`.
 struct Sequence {
     name: &'static str,
@@ -106,7 +111,37 @@ const SEQUENCES: [Sequence; 7] = [
 
 /// The names of all sequences.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    SEQUENCES.iter().map(|sequence| sequence.name)
+    SEQUENCES.iter().map(|sequence| sequence.name).chain(LATE.map(|(name, _)| name))
+}
+
+/// Two frames after days and months, which differ if those at the beginning do, and else are the same as those.
+pub(crate) fn late(runner: &mut CaseRunner<'_>, graph: &Graph) {
+    let mut configuration = runner.renderer.configure(|_, _| {}, false);
+    let at = |time: f64| {
+        let next = StressFrame { time: time + f64::from(STEP), ..frame(LATE_IMAGE) };
+        [StressFrame { time, ..first(LATE_IMAGE) }, next]
+    };
+    for (name, days) in LATE.into_iter().filter(|(name, _)| runner.options.accepts(name)) {
+        let time = 86_400.0 * days;
+        let Some(early) = run(runner, &mut configuration, graph, name, &at(0.0)) else { continue };
+        let Some(late) = run(runner, &mut configuration, graph, name, &at(time)) else { continue };
+        let mut wrong: Vec<String> = late.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
+        wrong.extend(moved(&early, &late));
+        runner.results.judged(name);
+        runner.count(&Overrides::new(), SIZE, name, wrong);
+    }
+}
+
+/// What is wrong with two late frames.
+fn moved(early: &[Vec<OutputPixels>], late: &[Vec<OutputPixels>]) -> Option<String> {
+    let differ = |frames: &[Vec<OutputPixels>], output: usize| {
+        different(&frames[1][output], &frames[0][output], Tolerance::NONE).is_some()
+    };
+    (0..early[0].len()).find_map(|output| match (differ(early, output), differ(late, output)) {
+        (true, false) => Some(format!("`{}` stands still", early[0][output].name)),
+        (true, true) => None,
+        (false, _) => (0..2).find_map(|frame| different(&late[frame][output], &early[0][output], STILL)),
+    })
 }
 
 /// Runs the sequences if the graph has histories.
@@ -216,6 +251,16 @@ mod tests {
     fn exposure(stops: f32, reading: f32) -> Vec<OutputPixels> {
         let (name, state, size) = ("exposure".into(), ColorState::Data, Size::new(1, 1));
         vec![OutputPixels { name, state, limit: None, size, pixels: vec![[stops, reading, 0.0, 1.0]] }]
+    }
+
+    #[test]
+    fn late_frames_move_as_early_ones_do() {
+        let frames = |stops: [f32; 2]| stops.map(|stops| exposure(stops, 0.0));
+        let of = |early, late| moved(&frames(early), &frames(late));
+        assert_eq!(of([1.0, 1.0], [1.0, 1.0]).or(of([1.0, 2.0], [7.0, 3.0])), None);
+        assert_eq!(of([1.0, 2.0], [2.0, 2.0]).as_deref(), Some("`exposure` stands still"));
+        assert!(of([1.0, 1.0], [1.0, 1.5]).is_some_and(|what| what.starts_with("[1.5, ")));
+        assert!(of([1.0, 1.0], [2.0, 2.0]).is_some());
     }
 
     #[test]
