@@ -136,10 +136,13 @@ fn no_tier_is_rendered_that_claims_less_than_the_floor() {
     assert_eq!(load(&mut host).as_deref(), Some(dear));
     // The claims of the file change.
     host.post.reload(snapshot(r#"jod: 9.0, for: "desk""#)).unwrap();
+    host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[]));
     // What is claimed for another display does not count.
     host.post.govern(TierLimits::new(4.0).min_jod(9.5).display("desk"), &TIERS).unwrap();
+    host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &fresh("lynx.ron", Some("high"), &[]));
     host.post.govern(TierLimits::new(4.0).min_jod(9.5), &TIERS).unwrap();
+    host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &fresh("lynx.ron", Some("ultra"), &[]));
 }

@@ -6,6 +6,7 @@
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use afterimage_lab::Progress as _;
 use afterimage_lab::stress::{Results, StressReport, Target};
 
 use crate::args::stress::TARGET;
@@ -16,16 +17,16 @@ use crate::progress::Bar;
 /// Runs all targets, `jobs` of them at once. The report has their order.
 pub(super) fn stress(again: &Again, targets: &[Target], jobs: usize) -> Result<StressReport, Failure> {
     let (next, bar) = (AtomicUsize::new(0), Bar::new(targets.len() as u64));
-    let stop = |_: &Failure| next.store(targets.len(), Ordering::Relaxed);
-    let work = || -> Result<Vec<(usize, Results)>, Failure> {
+    let titles: Vec<&str> = targets.iter().map(|target| target.title.as_str()).collect();
+    let stop = |_: &Failure| next.store(titles.len(), Ordering::Relaxed);
+    let work = || -> Result<Vec<(usize, Ran)>, Failure> {
         let mut done = Vec::new();
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(target) = targets.get(at) else { return Ok(done) };
-            bar.begin(&target.title);
-            let mut command = again.command();
-            done.push((at, results(command.env(TARGET, at.to_string()), target).inspect_err(stop)?));
-            bar.advance(&target.title);
+            let Some(title) = titles.get(at) else { return Ok(done) };
+            bar.begin(title);
+            done.push((at, ran(again.command().env(TARGET, at.to_string())).inspect_err(stop)?));
+            bar.advance(title);
         }
     };
     let done = std::thread::scope(|scope| {
@@ -34,13 +35,17 @@ pub(super) fn stress(again: &Again, targets: &[Target], jobs: usize) -> Result<S
         let join = |worker: std::thread::ScopedJoinHandle<'_, _>| worker.join().expect("a worker does not panic");
         workers.into_iter().map(join).collect::<Result<Vec<_>, Failure>>()
     });
-    let mut done: Vec<(usize, Results)> = done?.concat();
+    let mut done = done?.concat();
     done.sort_by_key(|(at, _)| *at);
-    Ok(StressReport { results: done.into_iter().map(|(_, results)| results).collect() })
+    let results = |(at, ran): (usize, Ran)| ran.unwrap_or_else(|why| Results::lost(&targets[at], why));
+    Ok(StressReport { results: done.into_iter().map(results).collect() })
 }
 
-/// The results that the process prints. One that ends without them is a failure of its target.
-fn results(command: &mut Command, target: &Target) -> Result<Results, Failure> {
+/// The results that a process prints, or the reason why it has none.
+type Ran = Result<Results, String>;
+
+/// Runs a process to its end.
+fn ran(command: &mut Command) -> Result<Ran, Failure> {
     let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let ran = pipes.spawn().and_then(|mut child| {
         // While this end is open, this process lives.
@@ -52,7 +57,7 @@ fn results(command: &mut Command, target: &Target) -> Result<Results, Failure> {
             .hint("`--jobs 1` needs no further process")
     })?;
     let printed = serde_json::from_slice(&output.stdout).ok().filter(|_| output.status.success());
-    Ok(printed.unwrap_or_else(|| Results::lost(target, reason(&output))))
+    Ok(printed.ok_or_else(|| reason(&output)))
 }
 
 /// The exit status, and the last line of standard error.
@@ -81,43 +86,45 @@ mod tests {
 
     use super::*;
 
-    fn of(script: &str) -> Results {
-        let text = "Pipeline(inputs: { \"in\": Color }, nodes: {}, outputs: { \"out\": \"in\" })";
-        let target = Target::pipeline("plain", "plain.ron", "plain.ron", text, &NoFiles).expect("a pipeline");
-        results(Command::new("sh").args(["-c", script]), &target).expect("a shell starts")
+    fn of(script: &str) -> Ran {
+        ran(Command::new("sh").args(["-c", script])).expect("a shell starts")
     }
 
     #[test]
-    fn a_process_that_ends_without_results_is_a_failure_of_its_target() {
+    fn a_process_that_ends_without_results_has_a_reason() {
         for (script, why) in [
             ("kill -SEGV $$", "signal: 11"),
             ("echo one >&2; echo 'no memory' >&2; echo >&2; exit 3", "exit status: 3: no memory"),
             ("true", "exit status: 0"),
             ("echo '{}'", "exit status: 0"),
         ] {
-            let lost = of(script);
-            assert_eq!((lost.title.as_str(), lost.failures.len()), ("plain", 1), "{script}");
-            assert_eq!(lost.failures[0].command, "afterimage stress plain.ron");
-            assert!(lost.failures[0].why.contains(why), "{script}: {}", lost.failures[0].why);
+            let found = of(script).expect_err(script);
+            assert!(found.contains(why), "{script}: {found}");
         }
     }
 
     #[test]
     fn results_of_a_process_are_those_that_it_prints() {
-        let mut printed = of("exit 1");
-        printed.cases = 17;
-        let text = serde_json::to_string(&printed).expect("results are JSON");
-        assert_eq!(of(&format!("echo '{text}'")).cases, 17);
-        assert_eq!(of(&format!("echo '{text}'; exit 1")).cases, 0, "it has failed after that");
+        let text = r#"{"title":"a","cases":17,"refused":0,"verdicts":{"cut":2},"failures":[],"kernel_faults":[]}"#;
+        let printed = of(&format!("echo '{text}'")).expect("they are printed");
+        assert_eq!((printed.cases, printed.verdicts.get("cut")), (17, Some(&2)));
+        assert!(of(&format!("echo '{text}'; exit 1")).is_err(), "it has failed after that");
     }
 
     #[test]
-    fn a_program_that_is_not_there_is_an_error() {
+    fn a_program_that_does_not_start_is_an_error_and_one_that_fails_a_result() {
         let text = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene() }, outputs: { \"out\": \"scene\" })";
         let target = Target::pipeline("plain", "plain.ron", "plain.ron", text, &NoFiles).expect("a pipeline");
-        let again = Again { program: "/no/such/program".into(), words: Vec::new(), folder: None };
-        let failure = stress(&again, &[target.clone(), target], 2).expect_err("there is no program");
+        let again = |program: &str, words: &[&str]| {
+            let again = Again { program: program.into(), words: words.iter().map(Into::into).collect(), folder: None };
+            stress(&again, &[target.clone(), target.clone()], 2)
+        };
+        let failure = again("/no/such/program", &[]).expect_err("there is no program");
         assert!(failure.message().starts_with("this program cannot be started again: "), "{}", failure.message());
         assert_eq!(failure.status(), 2);
+        // One that has no results is a failure of each target.
+        let lost = again("sh", &["-c", "exit 7"]).expect("a shell starts");
+        let failures: Vec<&str> = lost.failures().map(|failed| failed.command.as_str()).collect();
+        assert_eq!(failures, ["afterimage stress plain.ron"; 2]);
     }
 }
