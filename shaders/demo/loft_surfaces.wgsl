@@ -1,5 +1,9 @@
 // The materials of the loft: all procedural, with detail that shows aliasing.
-import package::loft::{LOFT_TUBE, LoftHit, loft_sign};
+import package::loft::{
+    LOFT_BALL, LOFT_BALLOON, LOFT_BLIND, LOFT_BOOKS, LOFT_BRASS, LOFT_BRICK, LOFT_CEILING, LOFT_CERAMIC, LOFT_CHROME,
+    LOFT_CLAY, LOFT_CLOTH, LOFT_FLOOR, LOFT_FRAME, LOFT_LEAF, LOFT_PAPER, LOFT_PLASTER, LOFT_RADIATOR, LOFT_REVEAL,
+    LOFT_TUBE, LOFT_WALNUT, LoftHit, loft_sign,
+};
 import package::loft_lamps::{LOFT_AMBER, LOFT_CYAN, LOFT_MAGENTA, LoftLamps};
 import afterimage::noise::{hash_cell, noise, noise_cell};
 

@@ -1,5 +1,6 @@
 //! Every function of the shaders' library can be called by a kind from a folder.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -21,15 +22,18 @@ const INTERNAL: &[&str] = &[
     "halves_down",
 ];
 
-/// A value of an argument's type.
-fn value(ty: &str) -> String {
+/// A value of an argument's type. Structs are named by the file that declares them.
+fn value(ty: &str, structs: &BTreeMap<String, String>) -> String {
     match ty {
         "texture_2d<f32>" => "source".to_owned(),
         "texture_3d<f32>" => "cube".to_owned(),
         "sampler" => "source_sampler".to_owned(),
         "Point" => "at".to_owned(),
         "Invocation" => "invocation".to_owned(),
-        _ => format!("{ty}()"),
+        _ => match structs.get(ty) {
+            Some(file) => format!("afterimage::{file}::{ty}()"),
+            None => format!("{ty}()"),
+        },
     }
 }
 
@@ -49,14 +53,18 @@ fn functions(text: &str) -> Vec<(String, Vec<String>)> {
 fn each_function_of_the_library_can_be_called_from_a_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders/lib");
     let (mut called, mut refused) = (0, String::new());
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let library = path.file_stem().unwrap().to_string_lossy().into_owned();
-        for (name, types) in functions(&std::fs::read_to_string(&path).unwrap()) {
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = files
+        .map(|path| (path.file_stem().unwrap().to_string_lossy().into_owned(), std::fs::read_to_string(path).unwrap()));
+    let files: Vec<(String, String)> = files.collect();
+    let declared = files.iter().flat_map(|(file, text)| text.split("\nstruct ").skip(1).map(move |part| (file, part)));
+    let structs = declared.map(|(file, part)| (part.split_once(' ').unwrap().0.to_owned(), file.clone())).collect();
+    for (library, text) in &files {
+        for (name, types) in functions(text) {
             if INTERNAL.contains(&&*name) {
                 continue;
             }
-            let mut args: Vec<String> = types.iter().map(|ty| value(ty)).collect();
+            let mut args: Vec<String> = types.iter().map(|ty| value(ty, &structs)).collect();
             if let Some(at) = args.windows(2).position(|pair| pair == ["cube", "source_sampler"]) {
                 args[at + 1] = "cube_sampler".to_owned();
             }
@@ -77,7 +85,7 @@ fn each_function_of_the_library_can_be_called_from_a_folder() {
             let invocation = if reads("invocation") { ", invocation: Invocation" } else { "" };
             let args = args.join(", ");
             let call = format!(
-                "import afterimage::{{camera::Camera, workgroup::Invocation}};\n\
+                "import afterimage::workgroup::Invocation;\n\
                  fn caller({source}{sampler}, at: Point{cube}{invocation}) -> vec4f {{\n\
                  _ = afterimage::{library}::{name}({args});\n    return vec4f(1.0);\n}}"
             );

@@ -6,7 +6,7 @@ use afterimage_wgsl::{Shader, limits};
 
 /// A kernel that repeats a computation this often.
 fn kernel(line: &str, count: usize) -> Shader {
-    let mut text = String::from("struct Pair { numbers: array<f32, 40> }\n");
+    let mut text = String::from("import afterimage::math::power;\nstruct Pair { numbers: array<f32, 40> }\n");
     text +=
         "fn twice(image: texture_2d<f32>, at: vec2i) -> vec4f { return texel(image, at) + texel(image, at + 1); }\n";
     text += "fn many(a: mat4x4f, b: mat4x4f, c: mat4x4f, d: mat4x4f) -> f32 { return 1.0; }\n";

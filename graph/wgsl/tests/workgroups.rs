@@ -15,8 +15,13 @@ fn refused(text: &str) -> ShaderError {
 
 /// A file with shared memory and a function around that body; the body begins in line 4.
 fn with_body(body: &str) -> String {
+    with_more("", body)
+}
+
+/// The same with more declarations, which begin in line 2.
+fn with_more(more: &str, body: &str) -> String {
     format!(
-        "import afterimage::workgroup::Invocation;\nvar<workgroup> sums: array<atomic<u32>, 4>;\n\
+        "import afterimage::workgroup::{{Invocation, workgroup_sum}};\n{more}var<workgroup> sums: array<atomic<u32>, 4>;\n\
          fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {{\n{body}\nreturn source;\n}}"
     )
 }
@@ -86,20 +91,20 @@ fn what_devices_may_not_have_is_refused_also_with_a_workgroup() {
         assert!(error.message.contains(message), "{body}: {error}");
     }
     for variable in ["var<private> x: f32;", "@group(0) @binding(0) var<storage, read_write> x: atomic<u32>;"] {
-        assert_eq!(refused(&format!("{variable}\n{}", with_body(""))).line, 1, "{variable}");
+        assert_eq!(refused(&with_more(&format!("{variable}\n"), "")).line, 2, "{variable}");
     }
 }
 
 #[test]
 fn memory_and_barriers_have_limits() {
     let memory = |bytes: usize| format!("var<workgroup> a: array<u32, {}>;\nvar<workgroup> b: vec4f;\n", bytes / 4 - 4);
-    let uses = |text: String| format!("{text}{}", with_body("a[0] = 1u; b = source;").replace("sums", "others"));
+    let uses = |text: String| with_more(&text, "a[0] = 1u; b = source;");
     let fits = WORKGROUP_BYTES.max - 16;
     shared(&uses(memory(fits))).reflect().unwrap_or_else(|error| panic!("{error}"));
     let error = refused(&uses(memory(fits + 16)));
     assert_eq!(Some(error.message.clone()), WORKGROUP_BYTES.exceeded(usize::MAX), "{error}");
     let doubled = format!("fn both() {{ {} }}\n", "workgroupBarrier();".repeat(BARRIERS.max / 2));
-    shared(&(doubled.clone() + &with_body("both(); both();"))).reflect().unwrap_or_else(|error| panic!("{error}"));
-    let error = refused(&(doubled + &with_body("both(); both(); workgroupBarrier();")));
+    shared(&with_more(&doubled, "both(); both();")).reflect().unwrap_or_else(|error| panic!("{error}"));
+    let error = refused(&with_more(&doubled, "both(); both(); workgroupBarrier();"));
     assert_eq!((Some(error.message.clone()), error.line), (BARRIERS.exceeded(usize::MAX), 4), "{error}");
 }

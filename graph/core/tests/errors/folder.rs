@@ -129,7 +129,11 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     for (from, to, message) in [
         ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
         ("math", "maths", "no shared file is called `afterimage::maths`; did you mean `afterimage::math`?"),
-        ("power;", "powr;", "posterize/steps.wgsl:1:26: `afterimage::math` declares no `powr`; did you mean `power`?"),
+        (
+            "power;",
+            "powr;",
+            "`afterimage::math` declares no `powr`; did you mean `power`?\n --> posterize/steps.wgsl:1:26",
+        ),
     ] {
         let reported = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
         assert!(reported.contains(message), "{reported}");
