@@ -106,8 +106,8 @@ fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
     afterimage_nodes::HOST.iter().filter(is_new).cloned().collect()
 }
 
-/// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name. All of
-/// it runs in this process.
+/// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name. It
+/// starts no further process of itself.
 pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     run_words(tables, arguments, None)
 }

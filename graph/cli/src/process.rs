@@ -36,7 +36,9 @@ impl Again {
     pub(crate) fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
         command.args(&self.words);
-        self.folder.iter().for_each(|folder| drop(command.current_dir(folder)));
+        if let Some(folder) = &self.folder {
+            command.current_dir(folder);
+        }
         command
     }
 }

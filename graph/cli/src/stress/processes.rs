@@ -30,7 +30,7 @@ pub(super) fn stress(again: &Again, targets: &[Target], jobs: usize) -> Result<S
         }
     };
     let done = std::thread::scope(|scope| {
-        let start = |_| spawn(scope, "target", &work).inspect_err(stop);
+        let start = |_| spawn(scope, "target", work).inspect_err(stop);
         let workers = (0..jobs).map(start).collect::<Result<Vec<_>, Failure>>()?;
         let join = |worker: std::thread::ScopedJoinHandle<'_, _>| worker.join().expect("a worker does not panic");
         workers.into_iter().map(join).collect::<Result<Vec<_>, Failure>>()

@@ -250,8 +250,8 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     all
 }
 
-/// Copies of `from`, each with one of the changes that turn it into `to`. A change whose node is not valid without others
-/// has none.
+/// Copies of `from`, each with one of the changes that turn it into `to`. A change that is not valid without
+/// others has none.
 pub(crate) fn single_changes(from: &Graph, to: &Graph) -> Vec<Graph> {
     let mut all = Vec::new();
     for (index, (before, after)) in from.nodes.iter().zip(&to.nodes).enumerate() {

@@ -93,7 +93,6 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "primaries", rule: Rule::Place(primaries) },
     Extreme { name: "wide", rule: Rule::Place(wide) },
     Extreme { name: "mixed", rule: Rule::Place(mixed) },
-    Extreme { name: "noise-about-black", rule: Rule::Place(noise_about_black) },
     Extreme { name: "light-without-alpha", rule: Rule::Constant([1.0, 0.5, 0.25, 0.0]) },
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
@@ -131,15 +130,6 @@ fn wide(place: Place) -> [f32; 4] {
         [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.29, 0.0], [0.18; 3]];
     let [r, g, b] = COLORS[((place.x + place.y) % 4) as usize].map(|x| x * (8.0 * place.along() - 4.0).exp2());
     [r, g, b, 1.0]
-}
-
-/// The noise of a sensor without light, from which its mean was taken: half of all channels are below 0.
-fn noise_about_black(place: Place) -> [f32; 4] {
-    let channel = |c: u32| {
-        let mixed = (place.x ^ place.y << 11 ^ c << 22).wrapping_mul(0x9E37_79B1);
-        0.01 * ((mixed ^ mixed >> 15).wrapping_mul(0x85EB_CA77) as f32 / u32::MAX as f32 - 0.5)
-    };
-    [channel(0), channel(1), channel(2), 1.0]
 }
 
 /// A ramp with every bad value in it, for targets that are too large for all images.
@@ -264,11 +254,6 @@ mod tests {
         assert_eq!((ramp[12][1] / ramp[0][1]).log2(), 24.0);
         let edge = of("edge");
         assert_eq!(edge[12][0] / edge[0][0], 1e6);
-        let noise = of("noise-about-black");
-        let numbers = || noise.iter().flat_map(|pixel| &pixel[..3]).map(|x| f64::from(*x));
-        let below = numbers().filter(|x| *x < 0.0).count();
-        assert!(below.abs_diff(3 * 13 * 11 / 2) < 45 && numbers().all(|x| x.abs() <= 0.005), "{below}");
-        assert!((numbers().sum::<f64>() / numbers().count() as f64).abs() < 5e-4);
     }
 
     #[test]
