@@ -16,7 +16,9 @@ fn damaged(what: &str) -> String {
 }
 
 fn unknown(what: &str) -> String {
-    format!("this is {what}\n  hint: EXR, Radiance HDR, PNG, JPEG, TIFF and DPX files are read; convert it to one of them")
+    format!(
+        "this is {what}\n  hint: EXR, Radiance HDR, PNG, JPEG, TIFF and DPX files are read; convert it to one of them"
+    )
 }
 
 #[test]
