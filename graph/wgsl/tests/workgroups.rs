@@ -21,7 +21,8 @@ fn with_body(body: &str) -> String {
 /// The same with more declarations, which begin in line 2.
 fn with_more(more: &str, body: &str) -> String {
     format!(
-        "import afterimage::workgroup::{{Invocation, workgroup_sum}};\n{more}var<workgroup> sums: array<atomic<u32>, 4>;\n\
+        "import afterimage::workgroup::{{Invocation, workgroup_sum}};\n\
+         {more}var<workgroup> sums: array<atomic<u32>, 4>;\n\
          fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {{\n{body}\nreturn source;\n}}"
     )
 }

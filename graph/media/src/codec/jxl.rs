@@ -19,7 +19,7 @@ use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, Pixe
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let bytes = bytes(reader, options.budget.0)?;
     let mut input = &*bytes;
-    let mut file = File::open(&mut input, options.budget.0)?;
+    let mut file = Stream::open(&mut input, options.budget.0)?;
     let (width, height) = file.size();
     let pixels = width as usize * height as usize;
     // The decoder has at most as many numbers again of each channel.
@@ -53,7 +53,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
 
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let bytes = bytes(reader, MAX_BYTES)?;
-    let file = File::open(&mut &*bytes, MAX_BYTES)?;
+    let file = Stream::open(&mut &*bytes, MAX_BYTES)?;
     let (colors, _) = file.colors(None)?;
     let info = file.decoder.basic_info().expect("the header was read");
     let samples = match info.bit_depth {
@@ -78,11 +78,11 @@ fn bytes(reader: impl BufRead, budget: u64) -> Result<Vec<u8>, CodecError> {
 }
 
 /// A file whose header was read.
-struct File {
+struct Stream {
     decoder: JxlDecoder,
 }
 
-impl File {
+impl Stream {
     fn open(input: &mut &[u8], budget: u64) -> Result<Self, CodecError> {
         let mut options = JxlDecoderOptions::default();
         options.alpha_mode = AlphaMode::Unpremultiplied;

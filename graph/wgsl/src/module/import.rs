@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::syntax::Wrong;
+use super::wrong::Wrong;
 use crate::token::{Token, TokenKind};
 
 /// An item that a file imports, or a path that stands in its code.

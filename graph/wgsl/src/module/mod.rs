@@ -5,6 +5,7 @@ mod import;
 mod kind;
 mod scope;
 mod syntax;
+mod wrong;
 
 pub use declaration::imports;
 pub(crate) use declaration::{Declaration, Import, Module, Symbol, Use};

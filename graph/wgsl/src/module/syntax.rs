@@ -6,6 +6,7 @@ use afterimage_base::diagnostic::quote;
 
 use super::import::{Imported, imported};
 use super::kind::DeclarationKind;
+use super::wrong::Wrong;
 use crate::token::{Token, TokenKind};
 
 /// A part of a file's top level, by the indices of its tokens.
@@ -14,14 +15,6 @@ pub(super) enum Item {
     Directive(Range<usize>),
     /// The kind, the tokens and the name.
     Declaration(DeclarationKind, Range<usize>, Option<usize>),
-}
-
-/// Error of a file, with the index of a token.
-#[derive(Debug)]
-pub(super) struct Wrong {
-    pub(super) token: usize,
-    pub(super) message: String,
-    pub(super) help: Option<&'static str>,
 }
 
 const IMPORT: &str = "write `import afterimage::color::luminance;` for the library, and `import super::name::item;` \
