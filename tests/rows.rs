@@ -268,7 +268,7 @@ fn a_halving_by_rows_is_as_in_the_cpu_reference() {
             run.options.row_downsample = When::Always;
             let plan = run.plan(&gpu(), &[("scene", &scene)]);
             let is_by_rows = plan.work().any(|pass| matches!(pass.kind, PassKind::RowDownsample(_)));
-            assert!(is_by_rows, "{name}");
+            assert_eq!(is_by_rows, name != "Tap9" || (width % 2, height % 2) == (0, 0), "{name} at {width}x{height}");
             let shown = image(&run.frame(&[("scene", &scene)]).remove(0));
             let source = image(&scene).map_rgb(|color| color.map(|c| 2.0 * c));
             let source = source.with_open_beyond();

@@ -169,7 +169,7 @@ impl Downsample {
                 .label(format_args!("{function} {to}"))
                 .read("source", source)
                 .set("edge", edge)
-                .by_rows(self.by_rows(is_first, border))
+                .by_rows(self.by_rows(is_first, border, true))
                 .write_to(level);
         } else {
             let function = self.any_size_function(is_first);
@@ -177,16 +177,17 @@ impl Downsample {
                 .label(format_args!("{function} {to}"))
                 .read("source", source)
                 .set("edge", edge)
-                .by_rows(self.by_rows(is_first, border))
+                .by_rows(self.by_rows(is_first, border, false))
                 .write_to(level);
         }
     }
 
-    fn by_rows(&self, is_first: bool, border: Border) -> Option<ByRows> {
+    /// By rows, a tent is of whole texels: it has no form for sides that are not exactly halved.
+    fn by_rows(&self, is_first: bool, border: Border, is_exact: bool) -> Option<ByRows> {
         let function = match self.function(is_first) {
             "downsample_box" => "downsample_rows_box",
             "downsample_tap4" => "downsample_rows_tap4",
-            "downsample_tap9" => "downsample_rows_tap9",
+            "downsample_tap9" if is_exact => "downsample_rows_tap9",
             "downsample_tap13" => "downsample_rows_tap13",
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             "downsample_binomial" => "downsample_rows_binomial",
