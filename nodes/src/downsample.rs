@@ -162,24 +162,16 @@ impl Downsample {
     fn halve(&self, pass: &mut Recorder<'_>, source: ImageId, level: ImageId, is_first: bool, border: Border) {
         let edge = f32::from(u8::from(border == Border::Edge));
         let (from, to) = (pass.desc(source).size, pass.desc(level).size);
-        // Taps of a texture unit are means of whole texels here, and at no other ratio.
-        if from.width == 2 * to.width && from.height == 2 * to.height {
-            let function = self.function(is_first);
-            pass.function(&SHADER, function)
-                .label(format_args!("{function} {to}"))
-                .read("source", source)
-                .set("edge", edge)
-                .by_rows(self.by_rows(is_first, border, true))
-                .write_to(level);
-        } else {
-            let function = self.any_size_function(is_first);
-            pass.function(&ANY_SIZE, function)
-                .label(format_args!("{function} {to}"))
-                .read("source", source)
-                .set("edge", edge)
-                .by_rows(self.by_rows(is_first, border, false))
-                .write_to(level);
-        }
+        // Taps of a texture unit are means of whole texels at this ratio, and at no other.
+        let is_exact = from.width == 2 * to.width && from.height == 2 * to.height;
+        let (shader, function) =
+            if is_exact { (&SHADER, self.function(is_first)) } else { (&ANY_SIZE, self.any_size_function(is_first)) };
+        pass.function(shader, function)
+            .label(format_args!("{function} {to}"))
+            .read("source", source)
+            .set("edge", edge)
+            .by_rows(self.by_rows(is_first, border, is_exact))
+            .write_to(level);
     }
 
     /// By rows, a tent is of whole texels: it has no form for sides that are not exactly halved.

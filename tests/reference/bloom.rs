@@ -74,7 +74,7 @@ pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radi
     join(&weighted, filter, radius, |a, b| [0, 1, 2, 3].map(|i| a[i] + b[i]))
 }
 
-/// What `smooth` of `Upsample` promises: weights of 1/11, 8/33, 1/3, 8/33 and 1/11 along each axis.
+/// The smoothing of `Upsample`: weights of 1/11, 8/33, 1/3, 8/33 and 1/11 along each axis.
 pub(crate) fn smoothed(bloom: &Image) -> Image {
     let half = [1.0 / 3.0, 8.0 / 33.0, 1.0 / 11.0];
     let across = blur_axis(&bloom.with_open_beyond(), &half, [1, 0]);

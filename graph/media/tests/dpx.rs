@@ -7,7 +7,7 @@ use super::{Folder, ODD_SIZES, message_and_hint};
 
 const LINEAR: u8 = 2;
 
-/// What a file states of its picture.
+/// The header of a file.
 #[derive(Clone, Copy)]
 struct Layout {
     is_little: bool,

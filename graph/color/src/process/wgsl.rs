@@ -55,7 +55,7 @@ pub struct Parts {
     pub is_scene_light: bool,
 }
 
-/// What the code of steps may call.
+/// Imports for the code of steps.
 const IMPORTS: &str = "import afterimage::color::extended_light;
 import afterimage::cube::{cube_tetrahedral, cube_trilinear};
 import afterimage::grade::bounded;

@@ -80,7 +80,7 @@ impl Explainer {
             let hint = did_you_mean(name, names()).unwrap_or_else(known);
             return Err(LabError::request(format!("the pipeline has no tier or variant `{name}`")).hint(hint));
         };
-        Ok(Self { variant: all.swap_remove(at), reference: variants(pipeline)?.swap_remove(0) })
+        Ok(Self { reference: all[0].clone(), variant: all.swap_remove(at) })
     }
 
     /// Finds what makes the error of the variant where it is worst in a report of the same pipeline. Pictures of that

@@ -132,7 +132,7 @@ pub(crate) fn late(runner: &mut CaseRunner<'_>, graph: &Graph) {
     }
 }
 
-/// What is wrong with two late frames.
+/// The fault of two late frames, if they have one.
 fn moved(early: &[Vec<OutputPixels>], late: &[Vec<OutputPixels>]) -> Option<String> {
     let differ = |frames: &[Vec<OutputPixels>], output: usize| {
         different(&frames[1][output], &frames[0][output], Tolerance::NONE).is_some()

@@ -15,7 +15,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.0, 1.0);
 }";
 
-/// What the code that tries light uses.
+/// Imports for code that tries light.
 pub(super) const TRIAL: &str = "import afterimage::trial::{light_is_tried, light_lowest};\n";
 
 /// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do,

@@ -7,7 +7,7 @@ use super::functions::TRIAL;
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
 
-/// What the code of a halving may use besides.
+/// Imports for the code of a halving.
 const IMPORTS: &str = "import afterimage::neighbors::{
     Around, NeighborsSeen, neighbors_clamped, neighbors_inside, neighbors_lower, neighbors_of, neighbors_place,
     neighbors_share, neighbors_upper,

@@ -48,7 +48,7 @@ pub(super) struct Part<'a> {
     pub(super) is_framework: bool,
     /// Boolean constants that are set to true.
     pub(super) defines: Vec<String>,
-    /// What is imported, by its name in the file.
+    /// Imported items by their names in the file.
     pub(super) imported: FxHashMap<Symbol, (Instance, Symbol)>,
     /// The files whose names all others know.
     pub(super) prelude: Vec<Instance>,

@@ -219,7 +219,7 @@ impl<'a> Linker<'a> {
     /// Names that two imports declare, and names in the generated code that a file does not know.
     ///
     /// # Panics
-    /// Where the generated code has an open bracket or imports what the framework does not have.
+    /// If the generated code has an open bracket or imports an item that the framework does not have.
     pub fn link(self, generated: String, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
         let file = generated_file(generated);
         let (mut linker, code) = self.with_generated(&file);

@@ -49,7 +49,7 @@ pub(crate) struct Declaration {
 pub(crate) struct Import {
     /// The bytes of each name of its path.
     path: Vec<Range<u32>>,
-    /// What the file calls it; a path in the code is its own name.
+    /// Its name in the file; a path in the code is its own name.
     pub(crate) name: Symbol,
 }
 
