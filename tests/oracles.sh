@@ -12,7 +12,7 @@ mkdir -p "$out/files"
 "$out/venv/bin/pip" install --quiet -r tests/oracles/requirements.txt
 AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --test all oracles::
 "$out/venv/bin/python" tests/oracles/read.py "$out/files"
-cargo build --quiet -p afterimage-cli
+cargo build --quiet --workspace --bin afterimage
 program="$(cd "${CARGO_TARGET_DIR:-target}" && pwd)/debug/afterimage"
 "$out/venv/bin/python" tests/oracles/luts.py "$program" "$out/luts"
 "$out/venv/bin/python" tests/oracles/tiffs.py "$program" "$out/tiffs"

@@ -9,7 +9,7 @@ out=$(mkdir -p "${1:-out/window}" && cd "${1:-out/window}" && pwd)
 work=$(mktemp -d)
 display=:$((90 + $$ % 100))
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
-cargo build --quiet -p afterimage --example window
+cargo build --quiet --workspace --example window
 program=${CARGO_TARGET_DIR:-target}/debug/examples/window
 Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${renderer:-} 2>/dev/null; rm -rf "$work"' EXIT
