@@ -5,6 +5,9 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+for need in Xvfb openbox xdotool import; do
+    command -v "$need" >/dev/null || { sed -n '2,4s/^# //p' "$0" >&2; exit 2; }
+done
 out=$(mkdir -p "${1:-out/window}" && cd "${1:-out/window}" && pwd)
 work=$(mktemp -d)
 display=:$((90 + $$ % 100))
