@@ -31,7 +31,8 @@ def switches(program, folder, pipeline, image):
     """Each switch with its choices, the most accurate first, as `tune` lists them in its state."""
     state = folder / f"{pipeline.stem}.state.json"
     state.unlink(missing_ok=True)
-    run(program, "tune", pipeline, image, "--error", "1000", "--repeats", "1", "--state", state, "-o", folder / "tuned.ron")
+    wanted = ["--error", "1000", "--repeats", "1", "--state", state, "-o", folder / "tuned.ron"]
+    run(program, "tune", pipeline, image, *wanted)
     listed = (line.split(": ", 1) for line in json.loads(state.read_text())["identity"]["switches"])
     return {key: choices.split(", ") for key, choices in listed}
 
@@ -90,7 +91,8 @@ def main():
         writer.writeheader()
         writer.writerows(rows)
     print(f"{len(rows)} combinations; measured over predicted: least, 5 %, median, 95 %, most")
-    for figure, of in (("p999", "p999_predicted"), ("p999", "p999_largest"), ("bytes_moved", "bytes_moved_predicted"), ("gpu_ms", "gpu_ms_predicted")):
+    predictions = ("p999_predicted", "p999_largest", "bytes_moved_predicted", "gpu_ms_predicted")
+    for figure, of in ((prediction.rsplit("_", 1)[0], prediction) for prediction in predictions):
         ratios = sorted((row[figure] / row[of], row["pipeline"], row["choice"]) for row in rows)
         cuts = statistics.quantiles([ratio for ratio, *_ in ratios], n=20)
         figures = (ratios[0][0], cuts[0], statistics.median(ratio for ratio, *_ in ratios), cuts[-1], ratios[-1][0])

@@ -157,6 +157,40 @@ fn each_switch_is_turned_on_its_own() {
     assert!(!best[0] && best[1..].contains(&true));
 }
 
+/// Encoded pixels and light that ends at white can be codes; where alpha is coverage, it is kept.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn each_wire_is_measured_in_the_formats_that_may_hold_it() {
+    let folder = Folder::new("wires");
+    folder.picture("in.exr", 0);
+    let smooth = r#""encoded": Encode(source: "mapped", transfer: Srgb), "display": Fxaa(source: "encoded"),"#;
+    let text = PIPELINE.replace(r#""display": Encode(source: "mapped", transfer: Srgb),"#, smooth);
+    std::fs::write(folder.file("glow.ron"), &text).unwrap();
+    let report = self::report(&folder, "in.exr", &[]);
+    let written = row(&report, "as written");
+    let mut last = number(written, "p999");
+    for format in ["Rgb10a2Unorm", "Rgba8Unorm"] {
+        let narrow = row(&report, &format!("encoded.format={format}"));
+        // The steps of ten and of eight bits.
+        let p999 = number(narrow, "p999");
+        assert!(p999 > last && p999 < 1.5, "{format}: {p999} after {last}");
+        assert!(number(narrow, "bytes_moved") < number(written, "bytes_moved"), "{format}");
+        last = p999;
+    }
+    let names = |report: &Value| -> Vec<String> {
+        let rows = report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap().to_owned());
+        rows.filter(|name| name.contains(".format=")).collect()
+    };
+    let all = names(&report);
+    assert!(!all.iter().any(|name| name.starts_with("mips") && name.ends_with("Unorm")), "light does not end: {all:?}");
+    let covered =
+        text.replace(r#"{ "display": "display" }"#, r#"{ "display": Output(source: "display", alpha: Coverage) }"#);
+    std::fs::write(folder.file("glow.ron"), covered).unwrap();
+    let kept = names(&self::report(&folder, "in.exr", &[]));
+    assert!(kept.contains(&"encoded.format=Rgba8Unorm".to_owned()), "{kept:?}");
+    assert!(!kept.iter().any(|name| name.ends_with("Rgb10a2Unorm") || name.ends_with("Rg11b10Ufloat")), "{kept:?}");
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sequences_show_what_flickers() {

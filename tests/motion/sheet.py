@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A contact sheet of `ultra` and `low` in motion: tests/motion/sheet.py PROGRAM PHOTOGRAPHS FOLDER
 
-Writes graph/docs/motion.jpg: for four pipelines four frames each of a lamp that moves, a pan and a strobe; `ultra` above
-`low`. Needs numpy, opencv-python-headless and OpenEXR (pip).
+Writes graph/docs/motion.jpg: for four pipelines four frames each of a lamp that moves, a pan and a strobe; `ultra`
+above `low`. Needs numpy, opencv-python-headless and OpenEXR (pip).
 """
 
 import sys
