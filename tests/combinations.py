@@ -45,19 +45,19 @@ def entries(choice):
 def measured(program, folder, pipeline, images, tiers):
     """The row of each tier by its name."""
     file, report = folder / f"{pipeline.stem}.tiers.ron", folder / f"{pipeline.stem}.json"
-    text = "".join(f'        "{name}": {{ {entries(choice)} }},\n' for name, choice in tiers.items())
+    # Names of tiers have no dots.
+    text = "".join(f'        "t{at}": {{ {entries(choice)} }},\n' for at, choice in enumerate(tiers.values()))
     file.write_text(f'Pipeline(\n    extends: "{pipeline}",\n    tiers: {{\n{text}    }},\n)\n')
     wanted = ["--tiers", "--repeats", "3", "--json", report, "--allow", pipeline.parent]
     run(program, "measure", file, *images, *wanted)
     rows = {row["variant"].removeprefix("tier "): row for row in json.loads(report.read_text())["rows"]}
-    return {name: rows[name] for name in tiers}
+    return {name: rows[f"t{at}"] for at, name in enumerate(tiers)}
 
 
 def combinations(program, folder, pipeline, images):
     """A row for each random combination."""
     known = switches(program, folder, pipeline, images[0])
     exact = {key: choices[0] for key, choices in known.items()}
-    # A switch that the file has at a cheaper value needs a name of its most accurate one.
     tiers = {"exact": exact}
     for key, choices in known.items():
         tiers.update({f"{key}={value}": {**exact, key: value} for value in choices[1:]})

@@ -63,9 +63,9 @@ def sequences(photographs):
 
 
 def write(folder, name, frames):
-    """Writes a sequence; returns its pattern."""
+    """Writes a sequence, whose frames count from 0 as those of `measure` do; returns its pattern."""
     folder.mkdir(parents=True, exist_ok=True)
-    for number, frame in enumerate(frames, 1):
+    for number, frame in enumerate(frames):
         pixels = numpy.concatenate([frame, numpy.ones_like(frame[..., :1])], -1).clip(0, 65504).astype(numpy.float16)
         path = folder / f"{name.replace(' ', '-')}.{number:04}.exr"
         OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGBA": numpy.ascontiguousarray(pixels)}).write(str(path))
@@ -80,7 +80,7 @@ def walk(program, folder):
     for frame in range(FRAMES):
         seconds = frame / 24
         moved = [f"--set=scene.time={seconds}", f"--set=scene.walk={0.2 * seconds}", f"--size={WIDTH}x{HEIGHT}"]
-        command = [program, "render", scene, "-o", folder / f"walk.{frame + 1:04}.exr", *moved]
+        command = [program, "render", scene, "-o", folder / f"walk.{frame:04}.exr", *moved]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder / "walk.####.exr"
 

@@ -7,7 +7,8 @@ be bad in motion, and judges each against the most accurate variant with interme
 * JOD, FLIP and codes by `measure`;
 * NVIDIA's FLIP over time by flip-evaluator: the mean of all frames, and that of the worst frame;
 * FLIP of changes: of the differences of neighboring frames, about middle gray, so that it sees what flickers;
-* VMAF 0.6.1 by the ffmpeg of imageio-ffmpeg: trained on what people say of films.
+* what the reference has of VMAF 0.6.1 beyond the variant, by the ffmpeg of imageio-ffmpeg: trained on what people say
+  of films.
 
 Writes graph/docs/measurements/judges.csv, prints correlations of ranks, and the pairs of variants of which JOD says the
 opposite. The worst frame of each variant lies in FOLDER/pictures: reference, variant, FLIP. CGVQM cannot be had: its
@@ -43,7 +44,7 @@ PIPELINES = {
     "hdr": ("sdr", {"held": HELD, "late-meter": '"bins.every": 4'}),
 }
 # Larger is better.
-JUDGES = {"jod": 1, "flip": -1, "flip_worst": -1, "flip_changes": -1, "vmaf": 1}
+JUDGES = {"jod": 1, "flip": -1, "flip_worst": -1, "flip_changes": -1, "vmaf_lost": -1}
 
 
 def run(*command):
@@ -62,7 +63,7 @@ def with_tiers(folder, name):
 
 def frames(pattern, count):
     """Frames with numbers from 0 to 1."""
-    paths = [str(pattern).replace("####", f"{number:04}") for number in range(1, count + 1)]
+    paths = [str(pattern).replace("####", f"{number:04}") for number in range(count)]
     return [cv2.imread(path, cv2.IMREAD_UNCHANGED)[..., :3][..., ::-1] / numpy.float32(65535) for path in paths]
 
 
@@ -106,13 +107,15 @@ def judged(program, photographs, folder):
             def rendered(tier, *more):
                 shown = folder / "shown" / f"{name}-{tier}-{sequence.replace(' ', '-')}.####.png"
                 shown.parent.mkdir(exist_ok=True)
-                if not Path(str(shown).replace("####", f"{footage.FRAMES:04}")).exists():
+                if not Path(str(shown).replace("####", f"{footage.FRAMES - 1:04}")).exists():
                     wanted = ["--depth", "16", "--alpha", "drop", "--output", f"{output}={shown}"]
                     run(program, "render", path, pattern, *wanted, *allow, *more)
                 return shown
 
             exact = rendered("exact", "--tier", "ultra", "--exact")
             reference = frames(exact, footage.FRAMES)
+            # It depends on the sequence, and is no 100.
+            most = vmaf(exact, exact, folder / "vmaf.json")
             for tier, row in tiers.items():
                 if row["kind"] != "tier":
                     continue
@@ -121,7 +124,7 @@ def judged(program, photographs, folder):
                 maps = [flip(one, other) for one, other in zip(reference, seen)]
                 means = [float(one.mean()) for one in maps]
                 worst = int(numpy.argmax(means))
-                name_of_worst = f"{shown.name[:-9]}-{worst + 1}.png"
+                name_of_worst = f"{shown.name[:-9]}-{worst}.png"
                 picture(folder / "pictures" / name_of_worst, reference[worst], seen[worst], maps[worst])
                 of_changes = [float(flip(*pair).mean()) for pair in zip(changes(reference), changes(seen))]
                 figures = row["images"][at]
@@ -134,7 +137,7 @@ def judged(program, photographs, folder):
                     "flip": f"{numpy.mean(means):.5f}",
                     "flip_worst": f"{max(means):.5f}",
                     "flip_changes": f"{numpy.mean(of_changes):.5f}",
-                    "vmaf": f"{vmaf(exact, shown, folder / 'vmaf.json'):.3f}",
+                    "vmaf_lost": f"{most - vmaf(exact, shown, folder / 'vmaf.json'):.3f}",
                 }
 
 
