@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn codes_of_10_and_2_bits_are_read() {
-        let word = 1023 | 341 << 10 | 2 << 30_u32;
+        let word = 1023_u32 | 341 << 10 | 2 << 30;
         let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgb10a2Unorm);
         let texels = Texels { desc, bytes: word.to_le_bytes().to_vec() };
         assert_eq!(texels.to_floats(), [[1.0, 1.0 / 3.0, 0.0, 2.0 / 3.0]]);
