@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::signals::Layout;
+use crate::codec::signals::Layout;
 
 /// A container and a codec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

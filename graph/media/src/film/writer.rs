@@ -12,9 +12,9 @@ use super::ffmpeg::{FILES_ONLY, Process, named};
 use super::matroska;
 use super::preset::Preset;
 use super::probe::DISPLAY;
-use super::signals::{Layout, Weights};
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
+use crate::codec::signals::{Layout, Weights};
 use crate::codec::{CodecError, ErrorKind};
 use crate::files::{AtomicFile, FileError};
 
