@@ -53,12 +53,13 @@ impl Grain {
     /// The same with the grain of two periodic tiles.
     pub(crate) fn apply_tiles(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
         let offset = [hash(self.seed), hash(self.seed ^ 0x9e37_79b9)];
-        let sums = [(256, [0, 1].map(|k| offset[k] & 0xffff), 0), (239, [0, 1].map(|k| offset[k] >> 16), 1)]
-            .map(|(side, offset, seed)| {
+        let sums = [(256, [0, 1].map(|k| offset[k] & 0xffff), 0), (239, [0, 1].map(|k| offset[k] >> 16), 1)].map(
+            |(side, offset, seed)| {
                 let cells = (side as f64 / self.size).round();
                 let at = [0, 1].map(|k| ((pixel[k] + offset[k] as usize) % side) as f64 * cells / side as f64);
                 grains(at, Some(cells as i64), seed)
-            });
+            },
+        );
         let sum = [0, 1, 2, 3].map(|k| (sums[0][k] + sums[1][k]) / 2.0_f64.sqrt());
         Self::added(rgb, self.strength(rgb), self.mixed(sum))
     }

@@ -194,7 +194,8 @@ fn grain_from_tiles_looks_like_grain_and_has_no_seams() {
         // The mean square of the difference between neighbors, over each column and over each row. At the border of a
         // tile that is not periodic it is six times the mean, where grains are larger than pixels.
         let step = |one: usize, other: usize| (tiled[one] - tiled[other]).powi(2);
-        let columns = (0..width - 1).map(|x| (0..512).map(|y| step(x + width * y, x + 1 + width * y)).sum::<f64>() / 512.0);
+        let columns =
+            (0..width - 1).map(|x| (0..512).map(|y| step(x + width * y, x + 1 + width * y)).sum::<f64>() / 512.0);
         let rows = (0..511).map(|y| (0..width).map(|x| step(x + width * y, x + width * (y + 1))).sum::<f64>() / 1024.0);
         let steps: Vec<f64> = columns.chain(rows).collect();
         let mean = steps.iter().sum::<f64>() / steps.len() as f64;
