@@ -156,8 +156,8 @@ impl Colors {
         self.convert(values);
     }
 
-    /// The upright picture of signals: red, green, blue and straight alpha of each pixel. Profiles with curves and tables
-    /// take codes of 16 bits, in which signals are limited to 0 to 1.
+    /// The upright picture of signals: red, green, blue and straight alpha of each pixel. Profiles with curves and
+    /// tables take codes of 16 bits, in which signals are limited to 0 to 1.
     ///
     /// # Errors
     /// There is no memory for it, or a profile cannot be evaluated.
