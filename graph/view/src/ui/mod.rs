@@ -19,6 +19,7 @@ mod save_dialogs;
 mod scopes;
 mod tabs;
 mod text;
+mod text_find;
 mod theme;
 mod toolbar;
 mod wire_bar;
@@ -162,6 +163,7 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
+        self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
         let asked = || self.inputs.ask(ui.ctx(), &mut self.model).map(|told| told.unwrap_or_else(|problem| problem));
@@ -169,6 +171,14 @@ impl Viewer {
             self.tell(ui.ctx(), message);
         }
         self.message.show(ui);
+    }
+
+    fn show_graph_menu(&mut self, ctx: &Context) {
+        if self.graph.is_busy() {
+            self.text.apply(&mut self.model);
+        }
+        self.graph.show_menu(ctx, &mut self.model);
+        self.follow_selection();
     }
 
     /// Shows a message for a few seconds.
@@ -313,7 +323,14 @@ impl Viewer {
     fn show_parameters(&mut self, ui: &mut Ui) {
         self.take_focus_by_press(ui);
         let has_paths = self.save_dialogs.has_paths();
-        self.parameters.show(ui, &mut self.model, |ui, model| self.inputs.show(ui, model, has_paths));
+        let selected = self.graph.selected().map(str::to_owned);
+        let chosen = self.parameters.show(ui, &mut self.model, selected.as_deref(), |ui, model| {
+            self.inputs.show(ui, model, has_paths);
+        });
+        if chosen.is_some() {
+            self.graph.select(chosen);
+            self.follow_selection();
+        }
     }
 
     fn tab_content(&mut self, ui: &mut Ui, tab: Tab) {
@@ -321,7 +338,7 @@ impl Viewer {
         match tab {
             Tab::Parameters => self.show_parameters(ui),
             Tab::Scopes => self.right_panel(ui),
-            Tab::Graph => self.graph.show(ui, &mut self.model),
+            Tab::Graph => self.show_graph(ui),
             Tab::Text => self.show_text(ui),
             Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
@@ -330,6 +347,22 @@ impl Viewer {
                     self.tabs.open = Some(Tab::Text);
                 }
             }
+        }
+    }
+
+    fn show_graph(&mut self, ui: &mut Ui) {
+        let message = self.graph.show(ui, &mut self.model);
+        self.follow_selection();
+        if let Some(message) = message {
+            self.tell(ui.ctx(), message);
+        }
+    }
+
+    /// Other panels go to a node that is selected.
+    fn follow_selection(&mut self) {
+        if let Some(node) = self.graph.take_new_selection() {
+            self.text.reveal();
+            self.parameters.reveal(node);
         }
     }
 
@@ -346,13 +379,20 @@ impl Viewer {
                 }
             });
         }
-        self.text.show(ui, &mut self.model);
+        self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
     fn tab_bar(&mut self, ui: &mut Ui) {
         let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
             self.tabs.show(ui, has_problem || self.save_dialogs.error().is_some());
+            if self.tabs.open == Some(Tab::Graph) {
+                ui.separator();
+                let add =
+                    ui.button("Add node…").on_hover_text("A new node, which reads the selected one if it can (A)");
+                let message = if add.clicked() { self.graph.add(&self.model, add.rect.left_bottom()) } else { None };
+                message.into_iter().for_each(|message| self.message.set(ui.ctx(), message));
+            }
             if has_problem && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());

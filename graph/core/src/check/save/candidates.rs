@@ -62,6 +62,11 @@ impl Saver<'_> {
         Ok(self.file.registry.iter().filter(|kind| main_input(kind).is_some()).filter(fits).collect())
     }
 
+    /// All kinds that a node may have.
+    pub fn kinds(&self) -> impl Iterator<Item = &NodeKind> {
+        self.file.registry.iter()
+    }
+
     /// The edit that adds a node of a kind, whose inputs get wires that fit: `preferred`, or the first one of the file.
     ///
     /// # Errors
