@@ -174,9 +174,6 @@ impl Viewer {
     }
 
     fn show_graph_menu(&mut self, ctx: &Context) {
-        if self.graph.is_busy() {
-            self.text.apply(&mut self.model);
-        }
         self.graph.show_menu(ctx, &mut self.model);
         self.follow_selection();
     }
