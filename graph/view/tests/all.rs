@@ -6,6 +6,7 @@ mod gestures;
 mod inputs;
 mod model;
 mod screen;
+mod shots;
 mod statements;
 mod support;
 mod unsaved;

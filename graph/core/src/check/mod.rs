@@ -113,7 +113,7 @@ impl<'a> Checker<'a> {
 }
 
 /// Makes a graph of a document at a tier, with overrides: see [`Checker::check`].
-pub(crate) fn check_with(
+fn check_with(
     document: &Document,
     registry: &Registry,
     files: &Files<'_>,

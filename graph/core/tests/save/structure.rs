@@ -267,7 +267,8 @@ fn a_pipeline_used_as_a_node_is_edited_like_a_node() {
 
 #[test]
 fn a_node_is_added_with_wires_that_fit() {
-    let saver = Saver::new("a.ron", BASE, registry(), &super::Folder::default()).unwrap();
+    let files = Folder::default();
+    let saver = Saver::new("a.ron", BASE, registry(), &files).unwrap();
     let edit = saver.addition(None, "Composite", Some("lit")).unwrap();
     let Edit::Add { inputs, .. } = &edit else { panic!("{edit:?}") };
     assert_eq!(inputs[0], ("base".into(), "lit".into()));
@@ -282,7 +283,8 @@ fn a_node_is_added_with_wires_that_fit() {
 
 #[test]
 fn candidates_are_refused_with_the_error_that_the_edit_has() {
-    let saver = Saver::new("a.ron", BASE, registry(), &super::Folder::default()).unwrap();
+    let files = Folder::default();
+    let saver = Saver::new("a.ron", BASE, registry(), &files).unwrap();
     let source = reader("mapped", "source");
     let candidates = saver.sources(None, &source, 0).unwrap();
     let wires: Vec<&str> = candidates.iter().map(|candidate| &*candidate.wire).collect();

@@ -73,7 +73,7 @@ impl Find {
             });
             let is_present = index == self.present;
             let rect = Rect::from_min_max(from.min, to.max);
-            ui.painter().rect_filled(rect, 2.0, ACCENT.gamma_multiply_u8(if is_present { 0x90 } else { 0x38 }));
+            ui.painter().rect_filled(rect, 2.0, ACCENT.gamma_multiply_u8(if is_present { 0x60 } else { 0x30 }));
             if is_present && std::mem::take(&mut self.goes) {
                 let mut state = output.state.clone();
                 state

@@ -76,7 +76,7 @@ impl Saver<'_> {
         let state = before.state(tier)?;
         let wires: Vec<String> = preferred.map(str::to_owned).into_iter().chain(wires(&state)).collect();
         let name = unused_name(&state, kind);
-        let inputs = self.file.registry.get(kind).map_or(&[][..], NodeKind::inputs);
+        let inputs = self.file.registry.get(kind).map_or(&[][..], |kind| kind.inputs());
         let required = inputs.iter().filter(|input| !input.optional).map(|input| input.name.to_string());
         let mut inputs: Vec<(String, String)> =
             required.map(|input| (input, wires.first().cloned().unwrap_or_default())).collect();

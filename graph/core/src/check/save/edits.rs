@@ -18,7 +18,7 @@ pub(super) enum Place {
 }
 
 /// Edits that have been decided.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, PartialEq)]
 pub(super) struct Edits {
     /// Values in place of others.
     replaced: Vec<(Range<usize>, String)>,
@@ -43,6 +43,11 @@ enum Placed<'e> {
 }
 
 impl Edits {
+    /// Returns whether they change nothing.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Adds a tier with overrides.
     pub(super) fn add_tier(&mut self, tier: &str, overrides: IndexMap<String, String>) {
         self.overrides.insert(Some(tier.to_owned()), overrides);

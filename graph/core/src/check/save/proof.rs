@@ -80,7 +80,7 @@ impl Proof<'_, '_, '_> {
     fn differences(&self, document: &Document) -> Result<Vec<Difference>, Diagnostics> {
         let file = self.before.file;
         let mut different = Vec::new();
-        for tier in file.state(document, None)?.tiers() {
+        for tier in self.all_tiers()? {
             let is_new = tier.is_some() && tier.as_deref() == self.tiers.new;
             let before = self.before.state(if is_new { self.tiers.changed } else { tier.as_deref() })?;
             let after = file.state(document, tier.as_deref())?;
@@ -91,6 +91,13 @@ impl Proof<'_, '_, '_> {
             }
         }
         Ok(different)
+    }
+
+    /// The tiers that the edited text is to have.
+    fn all_tiers(&self) -> Result<Vec<Option<String>>, Diagnostics> {
+        let mut tiers = self.before.state(None)?.tiers();
+        tiers.extend(self.tiers.new.map(|new| Some(new.to_owned())));
+        Ok(tiers)
     }
 
     /// The values that the edited text is to have at a tier at which these were stated before.
@@ -142,7 +149,7 @@ impl Proof<'_, '_, '_> {
     /// tier that is saved is shown in that text.
     fn check(&self, document: &Document) -> Result<(), Diagnostics> {
         let file = self.before.file;
-        for tier in file.state(document, None)?.tiers() {
+        for tier in self.all_tiers()? {
             let Err(errors) = file.check(document, tier.as_deref()) else { continue };
             let is_new = tier.is_some() && tier.as_deref() == self.tiers.new;
             let tier = if is_new { self.tiers.changed } else { tier.as_deref() };

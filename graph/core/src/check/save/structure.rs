@@ -105,6 +105,7 @@ impl<'b, 's> Prepared<'b, 's> {
         };
         let effect = effect.map_err(|error| state.error(error))?;
         let shorter = match edit {
+            _ if edits.is_empty() => None,
             Edit::Connect { reader, wire: Some(_) } => without_override(before, &state, &reader.key()),
             Edit::Remove { node } => without_node_and_overrides(before, node)?,
             _ => None,
@@ -115,6 +116,9 @@ impl<'b, 's> Prepared<'b, 's> {
 
     /// The edited text, which is right and says what it is to say at every tier.
     pub(super) fn text(self) -> Result<String, Diagnostics> {
+        if self.edits.is_empty() {
+            return Ok(self.proof.before.file.text.to_owned());
+        }
         let shorter = self.shorter.and_then(|edits| self.proof.text_if_it_holds(&edits));
         shorter.map_or_else(|| self.proof.proven(&self.state, self.edits), Ok)
     }
@@ -222,7 +226,12 @@ fn place_after(state: &State<'_>, wire: &str) -> Place {
     own.map_or(Place::First, |entry| Place::After(entry.kind.location.start))
 }
 
-fn remove(before: &Before<'_>, state: &State<'_>, entry: &NodeEntry, edits: &mut Edits) -> Result<Effect, Diagnostic> {
+fn remove(
+    before: &Before<'_>,
+    state: &State<'_>,
+    (entry, takes_back): (&NodeEntry, bool),
+    edits: &mut Edits,
+) -> Result<Effect, Diagnostic> {
     let (document, node) = (&before.file.document, &*entry.name.value);
     let main = MainWires::of(state, node);
     for wire in own_wires(document, state).into_iter().filter(|wire| wire.reader != Some(node)) {

@@ -63,11 +63,12 @@ fn found<'k>(kinds: &'k [NodeKind], search: &str) -> Vec<&'k NodeKind> {
     let has_all = |text: &str| search.split_whitespace().all(|word| text.contains(word));
     let rank = |kind: &NodeKind| {
         let name = kind.name().to_lowercase();
-        match () {
-            () if name.starts_with(search.trim()) => Some(0),
-            () if has_all(&name) => Some(1),
-            () if has_all(&format!("{name} {}", kind.doc().to_lowercase())) => Some(2),
-            () => None,
+        if name.starts_with(search.trim()) {
+            Some(0)
+        } else if has_all(&name) {
+            Some(1)
+        } else {
+            has_all(&format!("{name} {}", kind.doc().to_lowercase())).then_some(2)
         }
     };
     let mut found: Vec<(usize, &NodeKind)> = kinds.iter().filter_map(|kind| Some((rank(kind)?, kind))).collect();
@@ -82,8 +83,8 @@ fn entry(kind: &NodeKind) -> LayoutJob {
     let outputs: Vec<&str> = kind.outputs().iter().map(|output| &*output.name).collect();
     let mut job = LayoutJob::default();
     job.append(kind.name(), 0.0, format(12.5, Color32::from_gray(0xe4)));
-    job.append(&format!("{} → {}\n", inputs.join(", "), outputs.join(", ")), 8.0, format(10.5, DIM));
-    job.append(first_sentence(kind.doc()), 0.0, format(10.5, Color32::from_gray(0xb4)));
+    job.append(&format!("{} → {}", inputs.join(", "), outputs.join(", ")), 8.0, format(10.5, DIM));
+    job.append(&format!("\n{}", first_sentence(kind.doc())), 0.0, format(10.5, Color32::from_gray(0xb4)));
     job
 }
 

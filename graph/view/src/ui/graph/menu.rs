@@ -1,7 +1,6 @@
 //! The menu of a node, the sources of an input, and the kinds of a new node, over the graph.
 
 use afterimage_graph::check::{Candidate, Edit, Reader};
-use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::Value;
 use egui::{Area, Button, Context, Frame, Id, Key, Layout, Modifiers, Order, Pos2, RichText, ScrollArea, TextEdit, Ui};
 
@@ -41,7 +40,6 @@ enum Page {
 }
 
 /// An action that was chosen.
-#[derive(Clone)]
 enum Choice {
     Edit(Edit),
     Switch {
@@ -51,7 +49,6 @@ enum Choice {
     Inspect(String),
     Rename(String),
     Sources(Reader),
-    Insert(Reader),
     /// A kind on the page of kinds.
     Kind(String),
 }
@@ -99,7 +96,8 @@ impl Menu {
     pub(super) fn show(&mut self, ctx: &Context, model: &mut Model, selected: Option<&str>) -> Outcome {
         let is_new = std::mem::take(&mut self.is_new);
         let is_closed_by_key = ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape));
-        let area = Area::new(Id::new("menu of the graph")).order(Order::Foreground).fixed_pos(self.at).constrain(true);
+        let area = Area::new(Id::new("menu of the graph")).order(Order::Foreground).fixed_pos(self.at);
+        let area = area.constrain(true).fade_in(false);
         let shown = area.show(ctx, |ui| {
             Frame::menu(ui.style()).show(ui, |ui| {
                 ui.set_width(WIDTH);
@@ -151,13 +149,6 @@ impl Menu {
                 return Outcome::Open;
             }
             Choice::Sources(reader) => match Self::sources(self.at, model, reader) {
-                Ok(menu) => {
-                    *self = menu;
-                    return Outcome::Open;
-                }
-                Err(problem) => Err(problem),
-            },
-            Choice::Insert(reader) => match Self::insert(self.at, model, reader) {
                 Ok(menu) => {
                     *self = menu;
                     return Outcome::Open;

@@ -20,7 +20,7 @@ use super::text::note_errors;
 use super::theme::{ACCENT, DIM, ERROR};
 use crate::Problem;
 use crate::model::{InspectedWire, Model, PipelineInstance};
-use drag::{Drag, Held, connection, reason};
+use drag::{Drag, connection, reason};
 use drawing::{Act, COLUMN, Drawing, ROW, WIDTH};
 use layout::{Placed, layout};
 use menu::{Menu, Outcome, refusal};
@@ -140,13 +140,7 @@ impl GraphPanel {
     }
 
     /// Draws the graph. Returns what the user does with it, and the wire that was clicked.
-    fn draw(
-        &mut self,
-        ui: &mut Ui,
-        model: &mut Model,
-        graph: &Graph,
-        panel: Rect,
-    ) -> (Vec<Act>, Option<(Reader, Pos2)>) {
+    fn draw(&mut self, ui: &mut Ui, model: &Model, graph: &Graph, panel: Rect) -> (Vec<Act>, Option<(Reader, Pos2)>) {
         let fused = fused(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
         let inspected = model.inspector().wire().map(|wire| wire.wire.clone());
         let before = self.zoomed(ui, panel);
