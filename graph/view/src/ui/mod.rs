@@ -17,6 +17,7 @@ mod picture;
 mod pixel_inspector;
 mod save_dialogs;
 mod scopes;
+mod selection;
 mod tabs;
 mod text;
 mod text_find;
@@ -173,11 +174,6 @@ impl Viewer {
         self.message.show(ui);
     }
 
-    fn show_graph_menu(&mut self, ctx: &Context) {
-        self.graph.show_menu(ctx, &mut self.model);
-        self.follow_selection();
-    }
-
     /// Shows a message for a few seconds.
     pub fn tell(&mut self, ctx: &Context, text: impl Into<String>) {
         self.message.set(ctx, text.into());
@@ -320,8 +316,8 @@ impl Viewer {
     fn show_parameters(&mut self, ui: &mut Ui) {
         self.take_focus_by_press(ui);
         let has_paths = self.save_dialogs.has_paths();
-        let selected = self.graph.selected().map(str::to_owned);
-        let chosen = self.parameters.show(ui, &mut self.model, selected.as_deref(), |ui, model| {
+        let selected = self.graph.selected();
+        let chosen = self.parameters.show(ui, &mut self.model, selected, |ui, model| {
             self.inputs.show(ui, model, has_paths);
         });
         if chosen.is_some() {
@@ -347,22 +343,6 @@ impl Viewer {
         }
     }
 
-    fn show_graph(&mut self, ui: &mut Ui) {
-        let message = self.graph.show(ui, &mut self.model);
-        self.follow_selection();
-        if let Some(message) = message {
-            self.tell(ui.ctx(), message);
-        }
-    }
-
-    /// Other panels go to a node that is selected.
-    fn follow_selection(&mut self) {
-        if let Some(node) = self.graph.take_new_selection() {
-            self.text.reveal();
-            self.parameters.reveal(node);
-        }
-    }
-
     /// The text, with the messages beside it.
     fn show_text(&mut self, ui: &mut Ui) {
         if text::has_messages(&self.model) || self.save_dialogs.error().is_some() {
@@ -383,12 +363,8 @@ impl Viewer {
         let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
             self.tabs.show(ui, has_problem || self.save_dialogs.error().is_some());
-            if self.tabs.open == Some(Tab::Graph) {
-                ui.separator();
-                let add =
-                    ui.button("Add node…").on_hover_text("A new node, which reads the selected one if it can (A)");
-                let message = if add.clicked() { self.graph.add(&self.model, add.rect.left_bottom()) } else { None };
-                message.into_iter().for_each(|message| self.message.set(ui.ctx(), message));
+            if self.tabs.open == Some(Tab::Graph) && !self.tabs.is_narrow() {
+                self.add_button(ui);
             }
             if has_problem && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";

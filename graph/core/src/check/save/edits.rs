@@ -177,9 +177,10 @@ fn with_coverage(source: &str) -> String {
     format!("Output(source: {source}, alpha: Coverage)")
 }
 
-/// A text without the sections whose last entry went. A file needs `nodes` unless it extends another one.
+/// A text without the sections whose last entry went. A file needs the others unless it extends another one.
 fn without_emptied_sections(before: &str, after: &str) -> String {
-    let sections = if edit::has_section(before, "extends") { &["set", "nodes"][..] } else { &["set"] };
+    let extends = edit::has_section(before, "extends");
+    let sections = if extends { &["set", "nodes", "outputs"][..] } else { &["set"] };
     let had_entries = |section: &&&str| entry::without_empty_section(before, section) == before;
     let emptied = sections.iter().filter(had_entries);
     emptied.fold(after.to_owned(), |text, section| entry::without_empty_section(&text, section))

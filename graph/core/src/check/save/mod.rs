@@ -33,8 +33,9 @@
 //! let saver = Saver::new("look.ron", text, &registry, &NoFiles)?;
 //! let reader = Reader::Output("display".into());
 //! let inserted = saver.edit(None, &Edit::Insert { kind: "Vignette".into(), name: "dark".into(), reader })?;
-//! let node = r#"(source: "scene"), "dark": Vignette(source: "exposed")"#;
-//! assert_eq!(inserted, text.replace(r#"(source: "scene")"#, node).replace(r#""display": "exposed""#, r#""display": "dark""#));
+//! let node = r#"Exposure(source: "scene"), "dark": Vignette(source: "exposed")"#;
+//! let text = text.replace(r#"Exposure(source: "scene")"#, node);
+//! assert_eq!(inserted, text.replace(r#""display": "exposed""#, r#""display": "dark""#));
 //! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
 //! ```
 

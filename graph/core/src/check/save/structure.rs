@@ -11,7 +11,7 @@ use super::saver::Saver;
 use super::state::{State, Stated};
 use super::wires::{MainWires, own_overrides, own_wires, renamed_key, renamed_wire};
 use crate::check::connect::WireText;
-use crate::document::{NodeEntry, Override, Tree};
+use crate::document::NodeEntry;
 use crate::node::NodeKind;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, quote};
 
@@ -132,20 +132,21 @@ impl<'b, 's> Prepared<'b, 's> {
 /// Edits that take back the override that gives a wire.
 fn without_override(before: &Before<'_>, state: &State<'_>, key: &str) -> Option<Edits> {
     let written = state.settings[key].written.as_ref()?;
-    let is_override = own_overrides(&before.file.document).any(|own| own.value.location == *written);
+    let wires = own_wires(&before.file.document, state);
     let mut edits = Edits::default();
     edits.remove(written.start);
-    is_override.then_some(edits)
+    wires.iter().any(|wire| wire.is_override && wire.location == written).then_some(edits)
 }
 
 /// Edits that remove a node and take back the overrides by which it was read; `None` if there are none.
 fn without_node_and_overrides(before: &Before<'_>, node: &str) -> Result<Option<Edits>, Diagnostics> {
     let (document, everywhere) = (&before.file.document, before.state(None)?);
-    let reads = |own: &Override| matches!(&own.value.value, Tree::Text(wire) if renamed_wire(wire, node, "").is_some());
     let Some(entry) = document.nodes.iter().find(|entry| entry.name.value == node) else { return Ok(None) };
+    let wires = own_wires(document, &everywhere);
+    let is_read = wires.iter().any(|wire| wire.is_override && renamed_wire(wire.wire, node, "").is_some());
     let mut edits = Edits::default();
     let is_removed = remove(before, &everywhere, (entry, true), &mut edits).is_ok();
-    Ok(Some(edits).filter(|_| is_removed && own_overrides(document).any(reads)))
+    Ok(Some(edits).filter(|_| is_removed && is_read))
 }
 
 fn connect(

@@ -24,6 +24,7 @@ pub(super) struct OwnWire<'d> {
     pub(super) reader: Option<&'d str>,
     pub(super) wire: &'d str,
     pub(super) location: &'d Location,
+    /// It stands for one that the file has by itself or inherits.
     pub(super) is_override: bool,
 }
 
@@ -41,7 +42,7 @@ pub(super) fn own_wires<'d>(document: &'d Document, state: &State<'_>) -> Vec<Ow
     }
     for output in &document.outputs {
         let (wire, location) = (&*output.source.value, &output.source.location);
-        wires.push(OwnWire { reader: None, wire, location, is_override: false });
+        wires.push(OwnWire { reader: None, wire, location, is_override: document.extends.is_some() });
     }
     for Override { key, value } in own_overrides(document) {
         if let (Tree::Text(wire), true, Some((node, _))) =

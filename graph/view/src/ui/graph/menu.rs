@@ -33,7 +33,7 @@ enum Page {
     Node(String),
     /// The field of a new name.
     Rename { node: String, name: String },
-    /// What an input or output could read.
+    /// The wires that an input or output could read.
     Sources { reader: Reader, candidates: Vec<Candidate> },
     /// The kinds of a new node: between an input or output and what it reads, or anywhere.
     Kinds { before: Option<Reader>, list: KindList },
@@ -57,7 +57,10 @@ enum Choice {
 pub(super) enum Outcome {
     /// It stays open.
     Open,
+    /// It was closed by a key or by a choice that changes nothing.
     Closed,
+    /// The user has gone elsewhere.
+    Left,
     /// It is done, and this node is selected.
     Made(Option<String>),
 }
@@ -108,7 +111,8 @@ impl Menu {
         let is_left = pressed.is_some_and(|at| !is_new && !shown.response.rect.contains(at));
         match shown.inner.inner {
             Some(choice) => self.choose(model, choice, selected),
-            None if is_closed_by_key || is_left => Outcome::Closed,
+            None if is_closed_by_key => Outcome::Closed,
+            None if is_left => Outcome::Left,
             None => Outcome::Open,
         }
     }

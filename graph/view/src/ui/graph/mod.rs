@@ -132,11 +132,12 @@ impl GraphPanel {
         let Some(mut menu) = self.menu.take() else { return };
         let source = self.selected.clone();
         match menu.show(ctx, model, source.as_deref()) {
-            Outcome::Open => self.menu = Some(menu),
-            Outcome::Closed => {}
-            Outcome::Made(None) => {}
-            Outcome::Made(node) => self.select(node),
+            Outcome::Open => return self.menu = Some(menu),
+            Outcome::Left => return,
+            Outcome::Made(Some(node)) => self.select(Some(node)),
+            Outcome::Closed | Outcome::Made(None) => {}
         }
+        ctx.memory_mut(|memory| memory.request_focus(field()));
     }
 
     /// Draws the graph. Returns what the user does with it, and the wire that was clicked.
