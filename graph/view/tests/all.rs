@@ -6,7 +6,6 @@ mod gestures;
 mod inputs;
 mod model;
 mod screen;
-mod shots;
 mod statements;
 mod support;
 mod unsaved;

@@ -218,7 +218,8 @@ fn a_node_is_renamed_disabled_and_rewired_by_its_menu() {
     window.click(sources);
     window.frame(Vec::new());
     let texts = window.texts();
-    let entry = texts.iter().find(|(text, area)| text == "exposed" && area.min.y < 560.0).unwrap().1.center();
+    // The menu is drawn last.
+    let entry = texts.iter().rev().find(|(text, _)| text == "exposed").unwrap().1.center();
     window.click(entry);
     window.frame(Vec::new());
     assert_eq!(reads(&window.ui.viewer.model, "mapped", "source"), "exposed@0");
