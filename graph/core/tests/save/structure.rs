@@ -120,7 +120,7 @@ fn what_does_not_fit_on_a_wire_is_refused_with_the_error_of_the_check() {
     assert!(refusal("DemoScene", reader("mapped", "source")).starts_with("no-input: "));
     let taken = edited(BASE, None, &insert("Vignette", "lit", reader("mapped", "source")));
     assert_eq!(taken.unwrap_err(), "doubled: a node is called `lit` already");
-    let cycle = edited(BASE, None, &connect(reader("exposed", "source"), "lit"));
+    let cycle = edited(BASE, None, &connect(reader("bright", "source"), "lit"));
     assert!(cycle.unwrap_err().starts_with("cycle: "));
 }
 
