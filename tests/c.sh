@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks the C library: its header, its errors, its inputs, and that its example renders what the program renders, bit
-# for bit, with the dynamic and with the static library, under the Khronos validation layer. It needs a C and a C++
+# Checks the C library: its header, errors, inputs and governor, and that its example renders what the program renders,
+# bit for bit, with the dynamic and with the static library, under the Khronos validation layer. It needs a C and a C++
 # compiler, the layer (Debian's vulkan-validationlayers), Python 3 with `venv`, and what pip installs. PROFILE=dev
 # builds slower libraries sooner. Where cbindgen is installed, the header is compared with the source.
 set -euo pipefail
@@ -22,7 +22,7 @@ else
     echo "cbindgen is not installed: the header is not compared with the source"
 fi
 flags=(-std=c99 -Wall -Wextra -Wpedantic -Werror -Igraph/c/include)
-for source in examples/render.c tests/errors.c tests/inputs.c; do
+for source in examples/render.c tests/errors.c tests/governor.c tests/inputs.c; do
     name=$(basename "$source" .c)
     cc "${flags[@]}" "graph/c/$source" -o "$folder/$name" -L"$libraries" -lafterimage_c
     cc "${flags[@]}" "graph/c/$source" -o "$folder/$name-static" "$libraries/libafterimage_c.a" -lgcc_s -lutil -lrt \
@@ -44,6 +44,7 @@ validated() {
     grep -q 'Khronos Validation Layer Active' "$folder/layer.txt"
     if grep -A 3 '(ERROR\|(WARN' "$folder/layer.txt" >&2; then return 1; fi
 }
+for test in governor governor-static; do "$folder/$test"; done
 for test in errors inputs; do
     validated "$folder/$test"
     validated "$folder/$test-static"

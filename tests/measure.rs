@@ -157,6 +157,41 @@ fn each_switch_is_turned_on_its_own() {
     assert!(!best[0] && best[1..].contains(&true));
 }
 
+/// Encoded pixels and light that ends at white can be codes; where alpha is coverage, it is kept.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn each_wire_is_measured_in_the_formats_that_may_hold_it() {
+    let folder = Folder::new("wires");
+    folder.picture("in.exr", 0);
+    let encode = r#""display": Encode(source: "mapped", transfer: Srgb),"#;
+    let moved = r#""display": Transform(source: "encoded", offset: (0.3, 0.4)),"#;
+    let text = PIPELINE.replace(encode, &(encode.replace("display", "encoded") + moved));
+    std::fs::write(folder.file("glow.ron"), &text).unwrap();
+    let half = report(&folder, "in.exr", &[]);
+    let written = row(&half, "as written");
+    let mut last = number(written, "max");
+    // A step of ten bits is a quarter of a code. A device may blend bytes with an error of a code.
+    for (format, step) in [("Rgb10a2Unorm", 0.25), ("Rgba8Unorm", 1.5)] {
+        let narrow = row(&half, &format!("encoded.format={format}"));
+        let max = number(narrow, "max");
+        assert!(max > last && max < number(written, "max") + step, "{format}: {max} after {last}");
+        assert!(number(narrow, "bytes_moved") < number(written, "bytes_moved"), "{format}");
+        last = max;
+    }
+    let names = |report: &Value| -> Vec<String> {
+        let rows = report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap().to_owned());
+        rows.filter(|name| name.contains(".format=")).collect()
+    };
+    let all = names(&half);
+    assert!(!all.iter().any(|name| name.starts_with("mips") && name.ends_with("Unorm")), "light does not end: {all:?}");
+    let covered =
+        text.replace(r#"{ "display": "display" }"#, r#"{ "display": Output(source: "display", alpha: Coverage) }"#);
+    std::fs::write(folder.file("glow.ron"), covered).unwrap();
+    let kept = names(&report(&folder, "in.exr", &[]));
+    assert!(kept.contains(&"encoded.format=Rgba8Unorm".to_owned()), "{kept:?}");
+    assert!(!kept.iter().any(|name| name.ends_with("Rgb10a2Unorm") || name.ends_with("Rg11b10Ufloat")), "{kept:?}");
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sequences_show_what_flickers() {

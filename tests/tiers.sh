@@ -2,11 +2,11 @@
 # Times and errors of all tiers of the built-in pipelines: tests/tiers.sh FOLDER [IMAGE...]
 # Runs the program of AFTERIMAGE, or `afterimage`, on the fastest graphics adapter; takes some ten minutes on a GPU. Times
 # are those of the built-in scene at 4K and 1080p. Errors are the worst over the images, a square at night and the charts,
-# in their own size, and over eight frames of the walk through the built-in scene. What is claimed of them is judged on
-# NEW, images and sequences on which no tier was chosen, separated by spaces. Writes the JSON of every run into the folder,
-# and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim. Without
-# images, only times are measured, in four minutes: `tests/tiers.py times FOLDER` replaces them in the table. PIPELINES has
-# the names of those to measure; otherwise all are.
+# in their own size, and over eight frames of the walk through the built-in scene at 720p and 4K. What is claimed is judged
+# on NEW, images and sequences on which no tier was chosen, separated by spaces. Writes the JSON of every run into the
+# folder, and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim.
+# Without images, only times are measured, in four minutes: `tests/tiers.py times FOLDER` replaces them in the table.
+# PIPELINES has the names of those to measure; otherwise all are.
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,9s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift
@@ -18,7 +18,7 @@ for file in "$here"/../pipelines/*.ron; do
     [[ " ${PIPELINES:-$name} " == *" $name "* ]] || continue
     if [ $# -gt 0 ]; then
         "$program" measure "$file" "$@" "$here/../pipelines/scenes/square.exr" --charts --tiers --walk 1 --repeats 1 --json "$folder/$name.json" >/dev/null
-        "$program" measure "$file" --tiers --walk 8 --repeats 1 --json "$folder/$name.walk.json" >/dev/null
+        "$program" measure "$file" --tiers --walk 8 --size 1280x720 --size 3840x2160 --repeats 1 --json "$folder/$name.walk.json" >/dev/null
         "$program" measure "$file" ${NEW:?} --tiers --walk 1 --repeats 1 --json "$folder/$name.new.json" >/dev/null
     fi
     for size in 3840x2160 1920x1080; do

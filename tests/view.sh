@@ -5,11 +5,14 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+for need in Xvfb openbox xdotool import; do
+    command -v "$need" >/dev/null || { sed -n '2,4s/^# //p' "$0" >&2; exit 2; }
+done
 out=$(mkdir -p "${1:-out/view}" && cd "${1:-out/view}" && pwd)
 work=$(mktemp -d)
 display=:$((90 + $$ % 100))
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
-cargo build --quiet -p afterimage-cli
+cargo build --quiet --workspace --bin afterimage
 program=$(realpath "${CARGO_TARGET_DIR:-target}/debug/afterimage")
 Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${viewer:-} 2>/dev/null; rm -rf "$work"' EXIT

@@ -5,11 +5,14 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+for need in Xvfb openbox xdotool import; do
+    command -v "$need" >/dev/null || { sed -n '2,4s/^# //p' "$0" >&2; exit 2; }
+done
 out=$(mkdir -p "${1:-out/window}" && cd "${1:-out/window}" && pwd)
 work=$(mktemp -d)
 display=:$((90 + $$ % 100))
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
-cargo build --quiet -p afterimage --example window
+cargo build --quiet --workspace --example window
 program=${CARGO_TARGET_DIR:-target}/debug/examples/window
 Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${renderer:-} 2>/dev/null; rm -rf "$work"' EXIT

@@ -37,8 +37,9 @@ impl Node for Dither {
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let bits = self.bits;
         let keeps = match format {
-            // Codes of fewer bits lie on codes of eight if their largest divides 255.
+            // Codes of fewer bits lie on codes of more if their largest divides the other: 255, or 1023.
             Format::Rgba8Unorm => matches!(bits, 1 | 2 | 4 | 8),
+            Format::Rgb10a2Unorm => matches!(bits, 1 | 2 | 5 | 10),
             // Blue has five bits of mantissa.
             Format::Rg11b10Ufloat => bits <= 6,
             Format::R16Float | Format::Rg16Float | Format::Rgba16Float => bits <= HALF_BITS,

@@ -6,12 +6,20 @@ use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("film_grain");
 
+/// The tiles of `film_grain_tiles`, the second below the first.
+const TILES: [u32; 2] = [256, 256 + 239];
+/// Grain of fewer pixels is not made of tiles, which would cost more.
+const MIN_TILED_PIXELS: u64 = 1 << 19;
+
 node_kind! {
     /// Adds film grain: random, but equal on every device for equal seeds and frames.
     ///
     /// The grain is strongest in midtones and fades to zero at black and white, so it never clips. The mean of a flat
     /// area stays the same. Grains are round and have no grid: one in each square of `size`, at a random place. It
     /// looks most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it before `Dither`.
+    ///
+    /// Images of half a megapixel or more get the sum of two periodic tiles, of 256 and 239 pixels a side, which are made
+    /// once: it repeats after 61184 pixels.
     pub struct FilmGrain {
         /// Strength of the grain. 1 is the largest amplitude that does not clip, 0 changes nothing.
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);
@@ -47,8 +55,15 @@ impl Node for FilmGrain {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let kernel = if self.animate { "film_grain_animated" } else { "film_grain" };
-        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
-        pass.function(&SHADER, kernel).set("luminance_weights", weights.to_array()).write("result", desc);
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries).to_array();
+        if desc.size.texels() < MIN_TILED_PIXELS {
+            let kernel = if self.animate { "film_grain_animated" } else { "film_grain" };
+            pass.function(&SHADER, kernel).set("luminance_weights", weights).write("result", desc);
+            return;
+        }
+        let tiles = pass.retained("tiles", ImageDesc::new(Size::new(TILES[0], TILES[1])));
+        pass.function(&SHADER, "film_grain_tiles").write_to(tiles);
+        let kernel = if self.animate { "film_grain_tiled_animated" } else { "film_grain_tiled" };
+        pass.function(&SHADER, kernel).read("tiles", tiles).set("luminance_weights", weights).write("result", desc);
     }
 }

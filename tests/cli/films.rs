@@ -22,6 +22,10 @@ fn folder(test: &str) -> Folder {
     folder
 }
 
+const LOOK: &str = r#"Pipeline(inputs: { "scene": DisplayLinear }, outputs: { "display": "look" },
+    nodes: { "look": ColorLut(source: "scene", file: "FILE", from: Srgb) },
+)"#;
+
 #[test]
 fn a_film_without_ffmpeg_is_refused_before_a_frame_is_rendered() {
     let folder = folder("no-ffmpeg");
@@ -104,10 +108,10 @@ fn a_file_of_another_format_is_told_the_way_in() {
         ("a.mp4", &b"\0\0\0\x20ftypisom"[..], "a film", "-o out.mov`"),
         ("a.webp", b"RIFF\0\0\0\0WEBP", "a WebP", "`ffmpeg -i IN.webp OUT.png`"),
         ("a.jxl", b"\xff\x0a\0\0", "a JPEG XL", "`djxl IN.jxl OUT.png`"),
-        ("a.avif", b"\0\0\0\x1cftypavif", "an AVIF or HEIF", "`avifdec --depth 16 IN.avif OUT.png`"),
+        ("a.avif", b"\0\0\0\x1cftypavif", "an AVIF", "`avifdec --depth 16 IN.avif OUT.png`"),
         ("a.cin", b"\x80\x2a\x5f\xd7\0\0", "a Cineon file", "`oiiotool IN.cin -d uint10 -o OUT.dpx`"),
         ("a.psd", b"8BPS\0\x01\0\0", "a file of Photoshop", "`magick 'IN.psd[0]' OUT.png`"),
-        ("a.raw", b"\x01\x02\x03\x04", "a raw file of a camera", "`darktable-cli IN.raw OUT.exr`"),
+        ("a.raw", b"\x01\0\x03\x04", "a raw file of a camera", "`darktable-cli IN.raw OUT.exr`"),
     ] {
         folder.with(name, bytes);
         folder.with("any.exr", bytes);
@@ -122,8 +126,16 @@ fn a_file_of_another_format_is_told_the_way_in() {
             let of_output = folder.run(&format!("render grade.ron shot.1.exr -o {name}"));
             of_output.fails_saying(1, &[&format!("`{name}` would be {what}, which is not written"), "convert it"]);
         }
+        folder.with("look.ron", LOOK.replace("FILE", name).as_bytes());
+        folder
+            .run("check look.ron")
+            .fails_saying(1, &[&format!("`{name}`: the file is neither a table"), "are converted"]);
         if name != "a.raw" {
             folder.run("info any.exr").fails_saying(1, &[&format!("any.exr: this is {what}"), way]);
         }
+    }
+    for name in ["a.dpx", "a.hdr"] {
+        let of_output = folder.run(&format!("render grade.ron shot.1.exr -o {name}"));
+        of_output.fails_saying(1, &[&format!("`{name}` would be a "), "file, which is not written", "convert it"]);
     }
 }

@@ -50,7 +50,7 @@ fn with_files(test: &str, files: &[(&str, &str)]) -> Folder {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_shader_of_a_folder_imports_its_other_files() {
-    let files = [("nearest.wgsl", NEAREST), ("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS)];
+    let files = [("nearest.wesl", NEAREST), ("posterize.wesl", POSTERIZE), ("steps.wgsl", STEPS)];
     let folder = with_files("imports", &files);
     let colors = [[0.2, 0.3, 0.8, 1.0], [0.0, 0.74, 0.76, 0.5]];
     save(&folder.file("in.exr"), &Picture::new(2, 1, Pixels::Float(colors.as_flattened().to_vec())));
@@ -76,7 +76,7 @@ fn errors_name_the_file_of_the_folder_that_they_are_in() {
     let files = [("nearest.wgsl", NEAREST), ("posterize.wgsl", POSTERIZE), ("steps.wgsl", broken.as_str())];
     check("broken", &files).fails_saying(1, &["steps.wgsl", "nothing"]);
     check("empty", &[])
-        .fails_saying(1, &["has no `.wgsl` file beside its `node.ron`", "`posterize.wgsl` for `Posterize`"]);
+        .fails_saying(1, &["has no `.wgsl` or `.wesl` file beside its `node.ron`", "`posterize.wgsl` for `Posterize`"]);
 }
 
 #[test]

@@ -142,6 +142,7 @@ fn every_format_of_a_color_is_blended() {
         ("Rg16Float", 2, 2.0_f64.powi(-10)),
         ("R16Float", 1, 2.0_f64.powi(-10)),
         ("Rg11b10Ufloat", 3, 2.0_f64.powi(-5)),
+        ("Rgb10a2Unorm", 3, 1.1 / 1023.0),
         ("Rgba8Unorm", 4, 1.1 / 255.0),
         ("R32Float", 1, 1e-5),
         ("Rgba32Float", 4, 1e-5),
@@ -149,9 +150,9 @@ fn every_format_of_a_color_is_blended() {
     for (format, channels, step) in formats {
         for (mode, blend) in [MODES[1], MODES[6], MODES[8]] {
             let nodes = format!("\"result\": Glass(mode: {mode}, before: true, format: {format})");
-            let is_bytes = format == "Rgba8Unorm";
-            let limit = |number: f64| if is_bytes { number.min(1.0) } else { number };
-            // Bytes hold nothing above 1, and each of three blends begins with what is held.
+            let has_codes = format.ends_with("Unorm");
+            let limit = |number: f64| if has_codes { number.min(1.0) } else { number };
+            // Codes hold nothing above 1, and each of three blends begins with what is held.
             let expected = |pixel| seen(pixel, CENTER, blend, WriteMask::ALL, true).map(limit);
             assert_seen(&stored(&nodes), channels, 3.0 * step, expected, &nodes);
         }

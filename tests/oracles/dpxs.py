@@ -58,7 +58,9 @@ def main(program, folder):
             out.open("in.dpx", spec)
             out.write_image((codes * 64 + codes // 16).astype("uint16"))
             out.close()
-            check(f"OpenImageIO {color} {order}", numpy.abs(light(program, "in.dpx") - expected).max() < 1e-4)
+            # Light below 0 is limited where the luminance is negative.
+            is_lit = expected @ [0.2126, 0.7152, 0.0722] >= 0
+            check(f"OpenImageIO {color} {order}", numpy.abs(light(program, "in.dpx") - expected)[is_lit].max() < 1e-4)
     if failed:
         sys.exit(f"{len(failed)} wrong")
 

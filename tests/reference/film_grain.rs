@@ -27,12 +27,13 @@ fn hash(v: u32) -> u32 {
 }
 
 /// Four independent sums over grains at random places, each a round shape with a random weight; scaled to the variance
-/// 1/8.
-fn grains([x, y]: [f64; 2], seed: u32) -> [f64; 4] {
+/// 1/8. The same cells follow each other after `period` ones.
+fn grains([x, y]: [f64; 2], period: Option<i64>, seed: u32) -> [f64; 4] {
     let mut sums = [0.0; 4];
     for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
         let cell = [x.floor() as i64 + i, y.floor() as i64 + j];
-        let place = hash(cell[0] as u32 ^ hash(cell[1] as u32 ^ hash(seed)));
+        let own = cell.map(|at| period.map_or(at, |period| at.rem_euclid(period)));
+        let place = hash(own[0] as u32 ^ hash(own[1] as u32 ^ hash(seed)));
         let at = [f64::from(place & 0xffff), f64::from(place >> 16)].map(|part| part / 65536.0);
         let squared = (cell[0] as f64 + at[0] - x).powi(2) + (cell[1] as f64 + at[1] - y).powi(2);
         let shape = (1.0 - squared).max(0.0).powi(2);
@@ -46,16 +47,39 @@ fn grains([x, y]: [f64; 2], seed: u32) -> [f64; 4] {
 impl Grain {
     /// The color of a pixel with grain, for colors from 0 to 1.
     pub(crate) fn apply(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
+        Self::added(rgb, self.strength(rgb), self.density(pixel))
+    }
+
+    /// The same with the grain of two periodic tiles.
+    pub(crate) fn apply_tiles(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
+        let offset = [hash(self.seed), hash(self.seed ^ 0x9e37_79b9)];
+        let sums = [(256, [0, 1].map(|k| offset[k] & 0xffff), 0), (239, [0, 1].map(|k| offset[k] >> 16), 1)].map(
+            |(side, offset, seed)| {
+                let cells = (side as f64 / self.size).round();
+                let at = [0, 1].map(|k| ((pixel[k] + offset[k] as usize) % side) as f64 * cells / side as f64);
+                grains(at, Some(cells as i64), seed)
+            },
+        );
+        let sum = [0, 1, 2, 3].map(|k| (sums[0][k] + sums[1][k]) / 2.0_f64.sqrt());
+        Self::added(rgb, self.strength(rgb), self.mixed(sum))
+    }
+
+    fn strength(&self, rgb: Rgb) -> f64 {
         let y = luminance(rgb);
         let rising = mix(SHADOWS, 1.0, smooth_step(0.0, PIVOT, y));
-        let strength = self.amount * mix(rising, HIGHLIGHTS, smooth_step(PIVOT, 1.0, y));
-        let density = self.density(pixel);
+        self.amount * mix(rising, HIGHLIGHTS, smooth_step(PIVOT, 1.0, y))
+    }
+
+    fn added(rgb: Rgb, strength: f64, density: Rgb) -> Rgb {
         [0, 1, 2].map(|channel| rgb[channel] + strength * density[channel] * rgb[channel] * (1.0 - rgb[channel]))
     }
 
     /// The random number of each channel of a pixel.
     fn density(&self, pixel: [usize; 2]) -> Rgb {
-        let grains = grains(pixel.map(|side| side as f64 / self.size), self.seed);
+        self.mixed(grains(pixel.map(|side| side as f64 / self.size), None, self.seed))
+    }
+
+    fn mixed(&self, grains: [f64; 4]) -> Rgb {
         let (gray, tinted) = ((1.0 - self.color).sqrt(), self.color.sqrt());
         [0, 1, 2].map(|channel| (gray * grains[3] + tinted * grains[channel]).clamp(-1.0, 1.0))
     }

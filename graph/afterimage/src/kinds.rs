@@ -67,7 +67,7 @@ fn kind<F: KindFiles>(folder: &Path, library: &[ShaderText], files: &F) -> Resul
     let declaration = files.text(&path, "node kind")?;
     let shaders = shaders_of(folder, files)?;
     if shaders.is_empty() {
-        let message = format!("`{}` has no `.wgsl` file beside its `node.ron`", shown_path(folder));
+        let message = format!("`{}` has no `.wgsl` or `.wesl` file beside its `node.ron`", shown_path(folder));
         let hint = "a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`";
         return Err(files.no_kind(message, hint));
     }
@@ -78,9 +78,9 @@ fn borrowed(shaders: &[ShaderText]) -> Vec<(&str, &str)> {
     shaders.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect()
 }
 
-/// The `.wgsl` files of a folder.
+/// The `.wesl` and `.wgsl` files of a folder. Of two with one name, the first is found, as in WESL.
 fn shaders_of<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<ShaderText>, F::Error> {
     let mut paths = files.list(folder)?;
-    paths.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl" || ending == "wesl"));
     paths.into_iter().map(|path| Ok((path.to_string_lossy().into_owned(), files.text(&path, "shader")?))).collect()
 }

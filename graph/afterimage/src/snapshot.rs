@@ -11,6 +11,7 @@ use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::error::Error;
 use crate::files::{Files, or_current};
+use crate::governor::{GovernedTier, Governor, TierLimits};
 use crate::kinds::kinds_in;
 use crate::source::{Place, Source, built_in, built_in_hint};
 
@@ -154,6 +155,18 @@ impl Snapshot {
     /// where it claims nothing.
     pub fn claim(&self, tier: &str) -> Option<&Claim> {
         self.document.claims.iter().find(|(name, _)| name.value == tier).map(|(_, claim)| claim)
+    }
+
+    /// A governor of tiers with what the pipeline claims of them. There is at least one.
+    pub(crate) fn governor(&self, limits: TierLimits, tiers: &[&str]) -> Governor {
+        let of = |tier: &&str| {
+            let claim = self.claim(tier);
+            let seen = claim.filter(|claim| limits.display.is_none() || claim.display == limits.display);
+            let (cost, jod) = (claim.and_then(|claim| claim.ms), seen.and_then(|claim| claim.jod));
+            GovernedTier { name: (*tier).to_owned(), cost, jod }
+        };
+        let tiers: Vec<GovernedTier> = tiers.iter().map(of).collect();
+        Governor::new(limits, &tiers)
     }
 
     #[cfg(all(feature = "offline", not(target_family = "wasm")))]

@@ -52,11 +52,19 @@ impl Default for Caps {
                 Format::R16Float,
                 Format::Rg16Float,
                 Format::Rgba16Float,
+                Format::Rgb10a2Unorm,
                 Format::R32Float,
                 Format::Rgba32Float,
             ]
             .into(),
-            blendable: [Format::Rgba8Unorm, Format::R16Float, Format::Rg16Float, Format::Rgba16Float].into(),
+            blendable: [
+                Format::Rgba8Unorm,
+                Format::R16Float,
+                Format::Rg16Float,
+                Format::Rgba16Float,
+                Format::Rgb10a2Unorm,
+            ]
+            .into(),
             filter_32_bit: false,
             max_side: 8192,
             max_volume_side: 2048,

@@ -23,16 +23,19 @@ pub enum Format {
     Depth16Unorm,
     /// A depth as one float. Only drawing passes write it.
     Depth32Float,
+    /// Three channels of ten bits and alpha of two, each 0..1, in four bytes.
+    Rgb10a2Unorm,
 }
 
 impl Format {
     /// All formats of color, in a fixed order: those that pipeline files name.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Rgba8Unorm,
         Self::R16Float,
         Self::Rg16Float,
         Self::Rgba16Float,
         Self::Rg11b10Ufloat,
+        Self::Rgb10a2Unorm,
         Self::R32Float,
         Self::Rgba32Float,
     ];
@@ -41,7 +44,12 @@ impl Format {
     pub fn bytes(self) -> u64 {
         match self {
             Self::R16Float | Self::Depth16Unorm => 2,
-            Self::Rgba8Unorm | Self::Rg16Float | Self::Rg11b10Ufloat | Self::R32Float | Self::Depth32Float => 4,
+            Self::Rgba8Unorm
+            | Self::Rg16Float
+            | Self::Rg11b10Ufloat
+            | Self::Rgb10a2Unorm
+            | Self::R32Float
+            | Self::Depth32Float => 4,
             Self::Rgba16Float => 8,
             Self::Rgba32Float => 16,
         }
@@ -55,6 +63,7 @@ impl Format {
             Self::Rg16Float => "rg16float",
             Self::Rgba16Float => "rgba16float",
             Self::Rg11b10Ufloat => "rg11b10ufloat",
+            Self::Rgb10a2Unorm => "rgb10a2unorm",
             Self::R32Float => "r32float",
             Self::Rgba32Float => "rgba32float",
             Self::Depth16Unorm => "depth16unorm",
@@ -70,6 +79,7 @@ impl Format {
             Self::Rg16Float => "Rg16Float",
             Self::Rgba16Float => "Rgba16Float",
             Self::Rg11b10Ufloat => "Rg11b10Ufloat",
+            Self::Rgb10a2Unorm => "Rgb10a2Unorm",
             Self::R32Float => "R32Float",
             Self::Rgba32Float => "Rgba32Float",
             Self::Depth16Unorm => "Depth16Unorm",
@@ -96,7 +106,7 @@ impl Format {
     pub fn wider(self) -> Self {
         match self {
             Self::R16Float | Self::Depth16Unorm | Self::Depth32Float => Self::R32Float,
-            Self::Rg16Float | Self::Rg11b10Ufloat | Self::Rgba8Unorm => Self::Rgba16Float,
+            Self::Rg16Float | Self::Rg11b10Ufloat | Self::Rgb10a2Unorm | Self::Rgba8Unorm => Self::Rgba16Float,
             other => other,
         }
     }

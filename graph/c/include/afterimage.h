@@ -102,6 +102,25 @@ typedef struct {
 } AfterimageCamera;
 
 /**
+ * Limits that `afterimage_govern` holds.
+ */
+typedef struct {
+  /**
+   * The budget in milliseconds.
+   */
+  double ms;
+  /**
+   * The least claim in JOD of a tier that may be chosen, 10 for no visible difference; 0 for no such limit. If no
+   * tier reaches it, the best claim is the only choice, and the budget is not held.
+   */
+  double min_jod;
+  /**
+   * The display whose claims count, as `measure --display` names it; null for any.
+   */
+  const char *display;
+} AfterimageLimits;
+
+/**
  * A frame to render.
  */
 typedef struct {
@@ -110,7 +129,7 @@ typedef struct {
    */
   const AfterimageImage *images;
   /**
-   * How many images there are.
+   * Number of images.
    */
   size_t image_count;
   /**
@@ -118,7 +137,7 @@ typedef struct {
    */
   const AfterimageCamera *cameras;
   /**
-   * How many cameras there are.
+   * Number of cameras.
    */
   size_t camera_count;
   /**
@@ -188,6 +207,47 @@ bool afterimage_set(AfterimagePipeline *pipeline, const char *name, const char *
  * As for `afterimage_set`.
  */
 bool afterimage_set_tier(AfterimagePipeline *pipeline, const char *tier);
+
+/**
+ * Holds limits from the next frame on: chooses one of these tiers, which are in order from the worst picture to the
+ * best, by the times that `afterimage_report_frame_time` gets. Null `limits` keep the present tier from now on, as
+ * `afterimage_set_tier` does.
+ *
+ * # Safety
+ * `pipeline` is null or of `afterimage_open`, `limits` is null or limits, and `tiers` is null or has `tier_count`
+ * elements, which are null or texts with a zero at their ends.
+ */
+bool afterimage_govern(AfterimagePipeline *pipeline,
+                       const AfterimageLimits *limits,
+                       const char *const *tiers,
+                       size_t tier_count);
+
+/**
+ * Reports the milliseconds of the last frame, and the seconds since the frame before, to `afterimage_govern`. The next
+ * frame has the tier that it then chooses.
+ *
+ * # Safety
+ * `pipeline` is null or of `afterimage_open`.
+ */
+bool afterimage_report_frame_time(AfterimagePipeline *pipeline, double ms, double dt);
+
+/**
+ * The name of the present tier; null for the pipeline without one. It is valid until the next call of this function
+ * for the pipeline, or until that is freed.
+ *
+ * # Safety
+ * `pipeline` is null or of `afterimage_open`, `tier` is null or may be written.
+ */
+bool afterimage_tier(AfterimagePipeline *pipeline, const char **tier);
+
+/**
+ * The reason why the limits of `afterimage_govern` are not held at present; null if they are. It is valid until the
+ * next call of this function for the pipeline, or until that is freed.
+ *
+ * # Safety
+ * `pipeline` is null or of `afterimage_open`, `shortfall` is null or may be written.
+ */
+bool afterimage_shortfall(AfterimagePipeline *pipeline, const char **shortfall);
 
 /**
  * States a fact that is true or false.

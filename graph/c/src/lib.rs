@@ -6,6 +6,7 @@
 #![allow(unsafe_code, reason = "the functions are called from C, and read its memory")]
 
 mod error;
+pub mod governor;
 
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::slice;
@@ -30,6 +31,9 @@ pub struct AfterimagePipeline {
     look: Offline,
     /// The outputs of the last frame, with their names as C has them.
     outputs: Vec<(CString, RenderedImage)>,
+    /// The texts that C has of the tier and of the shortfall.
+    tier: Option<CString>,
+    shortfall: Option<CString>,
     /// True after a call that has ended in a panic: the state is unknown.
     is_broken: bool,
 }
@@ -119,7 +123,8 @@ pub unsafe extern "C" fn afterimage_open(source: *const c_char) -> *mut Afterima
         } else {
             Offline::open(source)
         };
-        Ok(Box::into_raw(Box::new(AfterimagePipeline { look: look?, outputs: Vec::new(), is_broken: false })))
+        let (look, outputs, is_broken) = (look?, Vec::new(), false);
+        Ok(Box::into_raw(Box::new(AfterimagePipeline { look, outputs, tier: None, shortfall: None, is_broken })))
     })
 }
 

@@ -15,6 +15,10 @@ pub(crate) fn advised(mut error: Error) -> Error {
         ErrorKind::UnknownArgument if error.get(ContextKind::SuggestedArg).is_none() => {
             about_argument(word(&error, ContextKind::InvalidArg))
         }
+        ErrorKind::InvalidSubcommand if word(&error, ContextKind::InvalidSubcommand) == "view" => {
+            error.remove(ContextKind::SuggestedSubcommand);
+            "this program has no viewer: build it without `--no-default-features`"
+        }
         ErrorKind::InvalidSubcommand if error.get(ContextKind::SuggestedSubcommand).is_none() => {
             about_command(word(&error, ContextKind::InvalidSubcommand))
         }

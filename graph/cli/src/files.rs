@@ -210,7 +210,7 @@ const OTHER_FILES: [(&[&str], &str, &str); 3] = [
         "a preset or a shader of another program",
         "a pipeline is a text that begins with `Pipeline(`; `afterimage nodes` lists the kinds of its nodes",
     ),
-    (&["wgsl"], "a shader", "a folder with a `node.ron` and its shader is a kind: `--nodes FOLDER`"),
+    (&["wgsl", "wesl"], "a shader", "a folder with a `node.ron` and its shader is a kind: `--nodes FOLDER`"),
 ];
 
 /// The error of a file that is something else than a pipeline.

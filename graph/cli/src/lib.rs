@@ -2,7 +2,7 @@
 //! kinds.
 //!
 //! Features: `view`, on by default, has the command of that name, with a window; `ocio` has `--ocio` and the kind
-//! `OcioTransform`; `jxl` reads JPEG XL.
+//! `OcioTransform`; `avif` and `jxl` read AVIF and JPEG XL.
 // rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
 #![recursion_limit = "256"]
 

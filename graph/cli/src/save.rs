@@ -30,7 +30,9 @@ impl SaveOptions {
     /// floats in EXR.
     pub(crate) fn plain(format: ImageFormat) -> Self {
         let encoding = match format {
-            ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Dpx | ImageFormat::Jxl => Encoding::EXR,
+            ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Dpx | ImageFormat::Jxl | ImageFormat::Avif => {
+                Encoding::EXR
+            }
             ImageFormat::Png => Encoding::PNG,
             ImageFormat::Jpeg => Encoding::JPEG,
             ImageFormat::Tiff => Encoding { format, ..Encoding::PNG },

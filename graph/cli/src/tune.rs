@@ -64,8 +64,9 @@ fn add_charts(sequences: &mut SequenceOptions, graph: &Graph) {
     }
 }
 
-/// Prints what is not in the file: goals without tiers, figures without claims.
+/// Prints what is not in the file: the trade of each wire's format, goals without tiers, figures without claims.
 fn note_result(tuned: &Tuned) {
+    tuned.wires.iter().for_each(|wire| note(wire));
     tuned.left_out.iter().for_each(|reason| note(&format!("left out {reason}")));
     for tier in &tuned.tiers {
         note(&format!("`{}`: {}", tier.name, tier_file::figures(tier)));

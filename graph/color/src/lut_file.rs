@@ -32,7 +32,7 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
         );
         return Err(LutError::new(0, message));
     }
-    let known = "the file is neither a table (.cube, .clf) nor a PNG";
+    let known = "the file is neither a table (.cube, .clf) nor a PNG of tiles, into which other pictures are converted";
     let text = &*text_of(bytes).ok_or_else(|| LutError::new(0, known))?;
     match lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
         Some(word) if word.starts_with('<') => parse_clf(text).map(LutFile::Process),
@@ -69,7 +69,7 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
 /// comments. `None` for other bytes than text.
 fn text_of(bytes: &[u8]) -> Option<Cow<'_, str>> {
     if let Ok(text) = std::str::from_utf8(bytes) {
-        return Some(Cow::Borrowed(text));
+        return (!text.contains('\0')).then_some(Cow::Borrowed(text));
     }
     let from_pair: fn([u8; 2]) -> u16 = match bytes {
         [0xff, 0xfe, ..] => u16::from_le_bytes,

@@ -354,6 +354,41 @@ impl Node for Undrawn {
     }
 }
 
+node_kind! {
+    /// Makes an image once from what each frame changes.
+    pub struct Stale {}
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "Any image.")];
+    const OUTPUTS: &'static [Output] = Canvas::OUTPUTS;
+}
+
+impl Node for Stale {
+    fn record(&self, pass: &mut Recorder<'_>) {
+        static STALE: Shader = Shader::new(
+            "stale.wgsl",
+            "fn stale(source: vec4f) -> vec4f { return source; }
+fn stale_frame(source: texture_2d<f32>, at: Point, frame: Frame) -> vec4f {
+    return texel(source, at.pixel) * f32(frame.index);
+}",
+        );
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let (first, second) = (pass.retained("first", desc), pass.retained("second", desc));
+        pass.function(&STALE, "stale").write_to(first);
+        pass.function(&STALE, "stale_frame").read("source", first).write_to(second);
+        pass.function(&STALE, "stale").read("source", second).write("result", desc);
+    }
+}
+
+#[test]
+fn the_contract_finds_images_that_are_made_once_from_what_each_frame_changes() {
+    let complaints = contract(&[NodeKind::of::<Stale>()]).expect_err("it is stale");
+    let wanted = ["stale", "stale_frame"].map(|pass| {
+        format!("`Stale`: the pass `{pass}` writes an image that is made once, and reads what each frame changes")
+    });
+    assert_eq!(complaints, wanted);
+}
+
 #[test]
 fn the_contract_finds_levels_that_are_read_and_not_drawn() {
     let complaints = contract(&[NodeKind::of::<Undrawn>()]).expect_err("level 1 is not drawn");

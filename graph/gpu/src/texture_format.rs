@@ -13,7 +13,6 @@ pub fn image_format(format: TextureFormat) -> Option<Format> {
         }
         TextureFormat::R8Unorm => Some(Format::R16Float),
         TextureFormat::Rg8Unorm => Some(Format::Rg16Float),
-        TextureFormat::Rgb10a2Unorm => Some(Format::Rgba16Float),
         format if format.has_depth_aspect() => Some(Format::R32Float),
         _ => None,
     })
@@ -27,6 +26,7 @@ pub fn texture_format(format: Format) -> TextureFormat {
         Format::Rg16Float => TextureFormat::Rg16Float,
         Format::Rgba16Float => TextureFormat::Rgba16Float,
         Format::Rg11b10Ufloat => TextureFormat::Rg11b10Ufloat,
+        Format::Rgb10a2Unorm => TextureFormat::Rgb10a2Unorm,
         Format::R32Float => TextureFormat::R32Float,
         Format::Rgba32Float => TextureFormat::Rgba32Float,
         Format::Depth16Unorm => TextureFormat::Depth16Unorm,

@@ -39,6 +39,7 @@ fn decode(format: Format, bytes: &[u8]) -> [f32; 4] {
     let half = |i: usize| f16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]).to_f32();
     let float = |i: usize| f32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]);
     let unorm = |i: usize| f32::from(bytes[i]) / 255.0;
+    let word = || u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     match format {
         Format::Rgba8Unorm => std::array::from_fn(unorm),
         Format::R16Float => [half(0), 0.0, 0.0, 1.0],
@@ -48,8 +49,12 @@ fn decode(format: Format, bytes: &[u8]) -> [f32; 4] {
         Format::Depth16Unorm => [f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0, 0.0, 0.0, 1.0],
         Format::Rgba32Float => std::array::from_fn(float),
         Format::Rg11b10Ufloat => {
-            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            let word = word();
             [small_float(word, 6), small_float(word >> 11, 6), small_float(word >> 22, 5), 1.0]
+        }
+        Format::Rgb10a2Unorm => {
+            let code = |shift: u32, most: u32| (word() >> shift & most) as f32 / most as f32;
+            [code(0, 1023), code(10, 1023), code(20, 1023), code(30, 3)]
         }
     }
 }
@@ -104,5 +109,13 @@ mod tests {
         let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rg11b10Ufloat);
         let texels = Texels { desc, bytes: word.to_le_bytes().to_vec() };
         assert_eq!(texels.to_floats(), [[1.5, 0.25, 6.0, 1.0]]);
+    }
+
+    #[test]
+    fn codes_of_10_and_2_bits_are_read() {
+        let word = 1023_u32 | 341 << 10 | 2 << 30;
+        let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgb10a2Unorm);
+        let texels = Texels { desc, bytes: word.to_le_bytes().to_vec() };
+        assert_eq!(texels.to_floats(), [[1.0, 1.0 / 3.0, 0.0, 2.0 / 3.0]]);
     }
 }

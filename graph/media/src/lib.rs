@@ -9,7 +9,7 @@
 //! No file can stop the program: headers are checked against [`limits`] and a [`Budget`] before anything is allocated,
 //! panics of decoders become errors, and each error states what the user can do.
 //!
-//! The feature `jxl` reads JPEG XL.
+//! The features `avif` and `jxl` read AVIF and JPEG XL.
 
 pub mod codec;
 pub mod files;

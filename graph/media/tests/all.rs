@@ -3,6 +3,8 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod atomic;
+#[cfg(feature = "avif")]
+mod avif;
 mod budget;
 mod described;
 mod dpx;
@@ -34,6 +36,13 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use afterimage_media::{Budget, FileError, Picture, Pixels, Source, read, read_within};
+
+/// The bytes of hexadecimal digits.
+#[cfg(any(feature = "avif", feature = "jxl"))]
+fn bytes(hex: &str) -> Vec<u8> {
+    let digits: Vec<u32> = hex.chars().filter_map(|digit| digit.to_digit(16)).collect();
+    digits.as_chunks::<2>().0.iter().map(|[high, low]| (high * 16 + low) as u8).collect()
+}
 
 /// A folder of one test, removed at its end.
 struct Folder(PathBuf);

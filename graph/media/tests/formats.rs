@@ -57,7 +57,13 @@ fn radiance_headers_are_heeded() {
 fn what_is_no_image_says_so() {
     let folder = Folder::new("no-image");
     let message = |bytes: &[u8]| message_and_hint(&folder.read(bytes).unwrap_err());
-    let known = "EXR, Radiance HDR, PNG, JPEG, TIFF and DPX files are read; convert it to one of them";
+    let formats = match (cfg!(feature = "jxl"), cfg!(feature = "avif")) {
+        (false, false) => "TIFF and DPX",
+        (true, false) => "TIFF, DPX and JPEG XL",
+        (false, true) => "TIFF, DPX and AVIF",
+        (true, true) => "TIFF, DPX, JPEG XL and AVIF",
+    };
+    let known = format!("EXR, Radiance HDR, PNG, JPEG, {formats} files are read; convert it to one of them");
     assert_eq!(message(b"GIF89a and so on"), "this is a GIF; convert its frames: `ffmpeg -i IN.gif frame.%04d.png`");
     assert_eq!(message(b"hello"), format!("this is not an image that this program knows; {known}"));
     assert_eq!(message(b""), "the file is empty; copy or render it again");

@@ -3,7 +3,7 @@
 use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_media::{Budget, ErrorKind, Picture, ReadOptions, Source, read_description, read_within};
 
-use super::Folder;
+use super::{Folder, bytes};
 
 /// `cjxl -d 0` of 16 bits.
 const SRGB: &str = "\
@@ -35,11 +35,6 @@ const ALPHA_CODES: [[u8; 4]; 6] = [
     [177, 188, 8, 29],
     [115, 100, 227, 132],
 ];
-
-fn bytes(hex: &str) -> Vec<u8> {
-    let digits: Vec<u32> = hex.chars().filter_map(|digit| digit.to_digit(16)).collect();
-    digits.as_chunks::<2>().0.iter().map(|[high, low]| (high * 16 + low) as u8).collect()
-}
 
 fn read_apart(folder: &Folder, file: &str) -> Picture {
     let options = ReadOptions { premultiplied: false, ..Budget(1 << 30).into() };

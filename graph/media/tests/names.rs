@@ -187,8 +187,8 @@ fn every_known_signature_is_named() {
         (b"RIFF\0\0\0\0WEBPVP8 ", "this is a WebP"),
         (b"\xff\x0a....", "this is a JPEG XL"),
         (b"\0\0\0\x0cJXL \r\n\x87\n", "this is a JPEG XL"),
-        (b"\0\0\0\x1cftypavif\0\0\0\0", "this is an AVIF or HEIF"),
-        (b"\0\0\0\x1cftypheic\0\0\0\0", "this is an AVIF or HEIF"),
+        (b"\0\0\0\x1cftypavif\0\0\0\0", "this is an AVIF"),
+        (b"\0\0\0\x1cftypheic\0\0\0\0", "this is a HEIF"),
         (b"8BPS\0\x01", "this is a file of Photoshop"),
         (b"\0\0\0\x18ftypcrx \0\0\0\x01", "this is a raw file of a camera"),
         (b"FUJIFILMCCD-RAW 0201", "this is a raw file of a camera"),
@@ -196,7 +196,14 @@ fn every_known_signature_is_named() {
     ];
     for (bytes, message) in table {
         let error = folder.read(bytes).unwrap_err();
-        assert_eq!((error.kind, error.message.as_str()), (ErrorKind::Unsupported, message));
+        // These few bytes are then a file that ends too early.
+        let is_read =
+            cfg!(feature = "avif") && message.ends_with("AVIF") || cfg!(feature = "jxl") && message.ends_with("XL");
+        if is_read {
+            assert_eq!(error.kind, ErrorKind::Broken, "{message}");
+        } else {
+            assert_eq!((error.kind, error.message.as_str()), (ErrorKind::Unsupported, message));
+        }
     }
     let raw = read(&Source::file(folder.with("shot.raw", b"\x01\x02\x03\x04"))).unwrap_err();
     assert_eq!(raw.message, "this is a raw file of a camera, by its name");

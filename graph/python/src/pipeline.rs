@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use afterimage::Source;
+use afterimage::host::TierLimits;
 use afterimage::offline::{Offline, OfflineFrame};
 use afterimage_graph::check::Fact;
 use afterimage_graph::diagnostic::Style;
@@ -137,6 +138,35 @@ impl Pipeline {
     /// Changes the tier; `None` is the pipeline as it is written.
     fn set_tier(&self, py: Python<'_>, tier: Option<&str>) -> PyResult<()> {
         Ok(py.detach(|| self.look().set_tier(tier)).map_err(Failure::from)?)
+    }
+
+    /// Holds limits; without milliseconds, keeps the present tier from now on.
+    fn govern(
+        &self,
+        py: Python<'_>,
+        ms: Option<f64>,
+        tiers: Vec<String>,
+        min_jod: Option<f64>,
+        display: Option<String>,
+    ) -> PyResult<()> {
+        let Some(ms) = ms else {
+            py.detach(|| self.look().stop_governing());
+            return Ok(());
+        };
+        let tiers: Vec<&str> = tiers.iter().map(String::as_str).collect();
+        let limits = TierLimits { ms, min_jod, display };
+        Ok(py.detach(|| self.look().govern(limits, &tiers)).map_err(Failure::from)?)
+    }
+
+    /// Reports the time of the last frame. Returns the reason of the change that the next one has.
+    fn report_frame_time(&self, py: Python<'_>, ms: f64, dt: f64) -> PyResult<Option<String>> {
+        let change = py.detach(|| self.look().report_frame_time(ms, dt)).map_err(Failure::from)?;
+        Ok(change.map(|change| change.to_string()))
+    }
+
+    /// The reason why the limits are not held at present.
+    fn shortfall(&self, py: Python<'_>) -> Option<String> {
+        py.detach(|| self.look().governor()?.shortfall().map(|shortfall| shortfall.to_string()))
     }
 
     /// States a fact.

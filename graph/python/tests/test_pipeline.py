@@ -147,6 +147,56 @@ class State(TestCase):
             self.assert_same(found[name], picture, name)
 
 
+class Governors(TestCase):
+    TEXT = """Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "lit": Exposure(source: "scene", stops: 0.0) },
+        outputs: { "light": "lit" },
+        tiers: { "low": { "lit.stops": 1.0 }, "high": { "lit.stops": 2.0 }, "best": { "lit.stops": 3.0 } },
+        claims: {
+            "low": Claim(ms: 1.0, jod: 8.0, for: "desk", on: "nothing"),
+            "high": Claim(ms: 2.0, jod: 9.5, for: "desk", on: "nothing"),
+            "best": Claim(ms: 3.0, jod: 9.9, for: "phone", on: "nothing"),
+        },
+    )"""
+    TIERS = ["low", "high", "best"]
+
+    def frames(self, look, ms):
+        """Four seconds of frames that all take so many milliseconds; the reasons of changes."""
+        return [reason for _ in range(400) if (reason := look.report_frame_time(ms, 0.01))]
+
+    def test_the_floor_comes_before_the_budget(self):
+        look = ai.Pipeline(self.TEXT)
+        look.govern(4.0, self.TIERS)
+        self.assertEqual((look.tier, look.shortfall), ("low", None))
+        # The claim of `best` is for a phone, and that of `low` too small.
+        look.govern(4.0, self.TIERS, min_jod=9.0, display="desk")
+        self.assertEqual((look.tier, self.frames(look, 1.0), look.shortfall), ("high", [], None))
+        self.assertEqual((self.frames(look, 20.0), look.tier), ([], "high"))
+        self.assertIn("over 4.00, and no cheaper tier claims 9.00 JOD", look.shortfall)
+        look.govern(4.0, self.TIERS, min_jod=9.0)
+        (reason,) = self.frames(look, 1.0)
+        self.assertRegex(reason, "^high to best: .*, at least 9.00$")
+        look.govern(4.0, self.TIERS, min_jod=9.95)
+        self.assertEqual(look.tier, "best")
+        self.assertIn("the budget of 4.00 ms is not held", look.shortfall)
+
+    def test_a_budget_ends(self):
+        look = ai.Pipeline(self.TEXT)
+        for end in (lambda: look.govern(None), lambda: setattr(look, "tier", "low")):
+            look.govern(4.0, self.TIERS, min_jod=11.0)
+            self.assertIsNotNone(look.shortfall)
+            end()
+            self.assertEqual((look.shortfall, self.frames(look, 1.0)), (None, []))
+
+    def test_wrong_tiers(self):
+        look = ai.Pipeline(self.TEXT, tier="high")
+        for tiers, text in (([], "tier"), (["lov"], "low")):
+            with self.assertRaisesRegex(ai.Error, text):
+                look.govern(4.0, tiers)
+        self.assertEqual(look.tier, "high")
+
+
 class Notebooks(TestCase):
     def test_pictures(self):
         picture = ai.Pipeline("lynx")(scene())

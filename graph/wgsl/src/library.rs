@@ -104,7 +104,7 @@ impl SourceFile {
     /// The last name of its path: the file's name without folders and ending.
     pub(crate) fn stem(&self) -> &str {
         let name = self.name.rsplit(['/', '\\']).next().unwrap_or(&self.name);
-        name.strip_suffix(".wgsl").unwrap_or(name)
+        name.strip_suffix(".wgsl").or_else(|| name.strip_suffix(".wesl")).unwrap_or(name)
     }
 }
 
@@ -114,7 +114,7 @@ const PACKAGE: &str = "package";
 const SUPER: &str = "super";
 const FRAMEWORK_PACKAGE: &str = "afterimage";
 /// The folder that kinds share.
-const SHARED: &str = "package::lib";
+pub(crate) const SHARED: &str = "package::lib";
 
 /// Files that others import, by their names without folders and ending.
 ///

@@ -91,8 +91,9 @@ fn a_glow_does_not_pulse_when_its_light_moves_by_a_pixel() {
         for side in [1, 2, 3, 8] {
             let found = swing(&graph, side);
             let bound = match (tier, side) {
-                (Some("low"), _) => 1.15,
                 (_, 1) => 1.1,
+                // Halvings by `Tap9`, and packed floats.
+                (Some("low"), _) => 1.07,
                 _ => 1.05,
             };
             assert!(found < bound, "{name} {tier:?}: the glow of {side} pixels swings by {found:.3}");

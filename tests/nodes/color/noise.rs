@@ -1,6 +1,7 @@
 //! Dither and FilmGrain.
 
 use super::{run, unit};
+use crate::reference::film_grain::Grain;
 use crate::reference::transfer::{dither, quantize};
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::Nodes;
@@ -139,4 +140,66 @@ fn grain_of_silver_has_no_color_and_a_seed_of_its_own() {
     assert!(one.pixels.iter().all(|[r, g, b, _]| r == g && g == b));
     let same = one.pixels.iter().zip(&other.pixels).filter(|(a, b)| a == b).count();
     assert!(same < 64, "{same} pixels of two seeds are equal");
+}
+
+/// The grain of an image of that size, monochrome and of pixels in 0..1 of gray 0.5, in rows.
+fn gray_grain(width: u32, height: u32, size: f32) -> Vec<f64> {
+    let flat = Picture::new(width, height, |_, _| [0.5, 0.5, 0.5, 1.0]);
+    let node = format!("FilmGrain(amount: 1.0, size: {size:?}, color: 0.0, animate: false)");
+    run("Encoded", &node, &NoFiles, &flat).pixels.iter().map(|pixel| 4.0 * (f64::from(pixel[0]) - 0.5)).collect()
+}
+
+/// The mean product of pixels of rows of that width at this distance, over the mean square.
+fn correlation(field: &[f64], width: usize, [dx, dy]: [usize; 2]) -> f64 {
+    let height = field.len() / width;
+    let pairs = (0..height - dy).flat_map(|y| (0..width - dx).map(move |x| (x + width * y, x + dx + width * (y + dy))));
+    let products: Vec<f64> = pairs.map(|(one, other)| field[one] * field[other]).collect();
+    let square = field.iter().map(|x| x * x).sum::<f64>() / field.len() as f64;
+    products.iter().sum::<f64>() / products.len() as f64 / square
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn grain_from_tiles_is_that_of_the_model() {
+    let flat = Picture::new(1024, 512, |x, _| [0.2 + 0.6 * x as f32 / 1024.0, 0.5, 0.4, 0.7]);
+    let node = "FilmGrain(amount: 0.5, size: 1.7, color: 0.4, seed: 3, animate: false)";
+    let output = run("Encoded", node, &NoFiles, &flat);
+    let grain = Grain { amount: 0.5, size: 1.7, color: 0.4, seed: 3 };
+    for (x, y) in (0..512).step_by(3).flat_map(|y| (0..1024).step_by(5).map(move |x| (x, y))) {
+        let rgb = flat.at(x, y);
+        let expected = grain.apply_tiles([0, 1, 2].map(|k| f64::from(rgb[k])), [x as usize, y as usize]);
+        let found = output.at(x, y);
+        let off = [0, 1, 2].map(|k| (f64::from(found[k]) - expected[k]).abs()).into_iter().fold(0.0, f64::max);
+        assert!(off < 1e-4 && found[3] == 0.7, "{found:?} is not {expected:?} at {x}, {y}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn grain_from_tiles_looks_like_grain_and_has_no_seams() {
+    for size in [1.5, 3.3] {
+        let (direct, tiled, width) = (gray_grain(512, 512, size), gray_grain(1024, 512, size), 1024);
+        let variance = |field: &[f64]| 8.0 * field.iter().map(|x| x * x).sum::<f64>() / field.len() as f64;
+        let (wanted, found) = (variance(&direct), variance(&tiled));
+        assert!((found / wanted - 1.0).abs() < 0.04, "size {size}: variance {found}, not {wanted}");
+        for lag in [[1, 0], [0, 1], [1, 1], [2, 0], [0, 3], [5, 5], [128, 0], [200, 133]] {
+            let (wanted, found) = (correlation(&direct, 512, lag), correlation(&tiled, width, lag));
+            assert!((found - wanted).abs() < 0.03, "size {size}: correlation {found}, not {wanted} at {lag:?}");
+        }
+        // One of the two tiles begins again.
+        for lag in [[256, 0], [0, 256], [239, 0], [0, 239], [512, 256]] {
+            let found = correlation(&tiled, width, lag);
+            assert!((found - 0.5).abs() < 0.06, "size {size}: correlation {found} at {lag:?}");
+        }
+        // The mean square of the difference between neighbors, over each column and over each row. At the border of a
+        // tile that is not periodic it is six times the mean, where grains are larger than pixels.
+        let step = |one: usize, other: usize| (tiled[one] - tiled[other]).powi(2);
+        let columns =
+            (0..width - 1).map(|x| (0..512).map(|y| step(x + width * y, x + 1 + width * y)).sum::<f64>() / 512.0);
+        let rows = (0..511).map(|y| (0..width).map(|x| step(x + width * y, x + width * (y + 1))).sum::<f64>() / 1024.0);
+        let steps: Vec<f64> = columns.chain(rows).collect();
+        let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+        let largest = steps.iter().copied().fold(0.0, f64::max);
+        assert!(size < 3.0 || largest < 2.5 * mean, "size {size}: a seam of {largest} between steps of {mean}");
+    }
 }

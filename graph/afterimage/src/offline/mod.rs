@@ -18,6 +18,7 @@
 //! ```
 
 mod device;
+mod govern;
 mod pixel_data;
 #[doc(hidden)] // For the program.
 pub mod quantize;
@@ -34,6 +35,7 @@ use afterimage_plan::Options;
 pub use pixel_data::{ComponentType, Encoding, PixelData, RenderedImage, format_of};
 
 use crate::error::Error;
+use crate::governor::Governor;
 #[doc(hidden)] // For the program, measurements and tests.
 pub use crate::session::faults::LutErrors;
 #[doc(hidden)] // For the program, measurements and tests.
@@ -65,6 +67,7 @@ pub struct Offline {
     session: Option<Session>,
     noise: Noise,
     is_changed: bool,
+    governor: Option<Governor>,
 }
 
 /// An image for an input.
@@ -140,6 +143,7 @@ impl Offline {
             session: None,
             noise: Noise::default(),
             is_changed: false,
+            governor: None,
         })
     }
 
@@ -251,12 +255,14 @@ impl Offline {
         self.change(self.tier.clone(), sets)
     }
 
-    /// Changes to a tier; `None` for the values that the file has without one.
+    /// Changes to a tier; `None` for the values that the file has without one. A [budget](Self::govern) ends.
     ///
     /// # Errors
     /// There is no such tier: the text lists those that there are. The present tier stays.
     pub fn set_tier(&mut self, tier: Option<&str>) -> Result<(), Error> {
-        self.change(tier.map(str::to_owned), self.sets.clone())
+        self.change(tier.map(str::to_owned), self.sets.clone())?;
+        self.governor = None;
+        Ok(())
     }
 
     fn change(&mut self, tier: Option<String>, sets: Vec<(String, String)>) -> Result<(), Error> {

@@ -146,7 +146,7 @@ fn plain(texels: Texels) -> (PixelData, usize) {
         Format::R16Float => (PixelData::Bytes(texels.bytes, ComponentType::F16), 1),
         Format::Rgba32Float => (PixelData::Bytes(texels.bytes, ComponentType::F32), 4),
         Format::R32Float | Format::Depth32Float => (PixelData::Bytes(texels.bytes, ComponentType::F32), 1),
-        Format::Rgba8Unorm | Format::Rg11b10Ufloat | Format::Depth16Unorm => {
+        Format::Rgba8Unorm | Format::Rg11b10Ufloat | Format::Rgb10a2Unorm | Format::Depth16Unorm => {
             (PixelData::Floats(texels.to_floats().into_flattened()), 4)
         }
     }

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 
 use crate::error::Error;
-use crate::governor::{GovernedTier, Governor, TierChange, TierLimits};
+use crate::governor::{Governor, TierChange, TierLimits};
 use crate::snapshot::Snapshot;
 
 /// The tiers of a pipeline, and the governor that chooses one.
@@ -34,14 +34,7 @@ impl Governed {
     pub(super) fn new(snapshot: &Snapshot, limits: TierLimits, tiers: &[&str], taken: u64) -> Result<Self, Error> {
         let graph = |tier: &&str| Ok(((*tier).to_owned(), snapshot.graph(Some(tier))?));
         let graphs = tiers.iter().map(graph).collect::<Result<Vec<(String, Graph)>, Error>>()?;
-        let tiers = tiers.iter().map(|tier| {
-            let claim = snapshot.claim(tier);
-            let seen = claim.filter(|claim| limits.display.is_none() || claim.display == limits.display);
-            let (cost, jod) = (claim.and_then(|claim| claim.ms), seen.and_then(|claim| claim.jod));
-            GovernedTier { name: (*tier).to_owned(), cost, jod }
-        });
-        let tiers: Vec<GovernedTier> = tiers.collect();
-        let governor = Governor::new(limits, &tiers);
+        let governor = snapshot.governor(limits, tiers);
         Ok(Self { governor, graphs, source: TimeSource::Passes, taken, seconds: 0.0, last_change: None })
     }
 

@@ -170,5 +170,8 @@ pub(crate) fn parse_input_space(text: &str) -> Result<InputSpace, String> {
         return Ok(InputSpace { input, space, of_config: Some(name.to_owned()) });
     }
     let names = ColorSpace::ALL.map(|space| space.name);
-    Err(format!("no color space is called so; known are {}", names.join(", ")))
+    Err(format!(
+        "no color space is called so; known are {}; those of cameras need a program with `--features ocio`",
+        names.join(", ")
+    ))
 }

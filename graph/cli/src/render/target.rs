@@ -244,7 +244,9 @@ fn unknown_format(name: &str) -> Failure {
     if Path::new(name).is_dir() {
         return Failure::user(format!("`{name}` is a folder")).hint("name the file: `folder/out.png`");
     }
-    if let Some(ForeignFormat { what, .. }) = ForeignFormat::of_name(name) {
+    let foreign = ForeignFormat::of_name(name).map(|format| format.what.to_owned());
+    let read_only = || ImageFormat::of_name(name).map(|format| format!("a {} file", format.name()));
+    if let Some(what) = foreign.or_else(read_only) {
         return Failure::user(format!("`{name}` would be {what}, which is not written")).hint(format!(
             "write `out.exr` for light or `out.png` with `--depth 16` for codes, and convert it: `oiiotool out.exr -o \
              {name}`"

@@ -103,7 +103,7 @@ pub(super) fn write_all(
             (_, None) => Ok(Vec::new()),
             (Some(film), Some(texels)) => {
                 let colors = &stated.colorimetry;
-                films.write(request, path, film, (colors, rendered.index), &texels).map(|()| Vec::new())
+                films.write(request, path, film, (colors, rendered.index), &texels)
             }
             (None, Some(texels)) => save(path, &texels, &stated, saving),
         };
@@ -133,7 +133,7 @@ pub(super) fn write_all(
 struct OpenFilms(BTreeMap<PathBuf, (FilmWriter, usize)>);
 
 impl OpenFilms {
-    /// Writes a frame of a film; the first one begins it.
+    /// Writes a frame of a film; the first one begins it. Returns sentences about what is changed.
     fn write(
         &mut self,
         request: &Request<'_>,
@@ -141,17 +141,19 @@ impl OpenFilms {
         FilmTarget { preset, more }: &FilmTarget,
         (colors, index): (&Colorimetry, usize),
         texels: &Texels,
-    ) -> Result<(), Failure> {
+    ) -> Result<Vec<String>, Failure> {
+        let mut notes = Vec::new();
         if !self.0.contains_key(path) {
             let size = (texels.desc.size.width, texels.desc.size.height);
             let (times, sound) = request.timeline();
-            let film = FilmWriter::create(path, size, colors, (*preset, more), times, sound.as_ref())?;
+            let (film, changed) = FilmWriter::create(path, size, colors, (*preset, more), times, sound.as_ref())?;
             self.0.insert(path.to_owned(), (film, 0));
+            notes = changed;
         }
         let (film, count) = self.0.get_mut(path).expect("it is open");
         film.write(request.index_in_film(index), &texels.to_floats())?;
         *count += 1;
-        Ok(())
+        Ok(notes)
     }
 
     /// Ends the films that have all frames; others leave nothing.

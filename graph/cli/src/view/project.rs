@@ -52,7 +52,8 @@ impl FileProject {
 
     /// Reads the kinds again if one of their files has changed.
     fn forget(&mut self, changed: &BTreeSet<PathBuf>) {
-        let is_of_a_kind = |path: &PathBuf| path.ends_with("node.ron") || path.extension().is_some_and(|e| e == "wgsl");
+        let is_shader = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "wgsl" || ending == "wesl");
+        let is_of_a_kind = |path: &PathBuf| path.ends_with("node.ron") || is_shader(path);
         if changed.iter().any(is_of_a_kind) {
             self.registry = None;
         }

@@ -145,7 +145,9 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
         .iter()
         .fold([DECLARATION.to_owned(), shader], |texts, (old, new)| texts.map(|text| text.replace(old, new)));
     let named = |name: &str| folder_kind_of(("few/node.ron", &declared), &[("few/steps.wgsl", steps), (name, &shader)]);
-    assert_eq!(named("few/few_levels.wgsl").unwrap_or_else(|reported| panic!("{reported}")).name(), "FewLevels");
+    for name in ["few/few_levels.wgsl", "few/few_levels.wesl"] {
+        assert_eq!(named(name).unwrap_or_else(|reported| panic!("{reported}")).name(), "FewLevels");
+    }
     let reported = named("few/fewlevels.wgsl").expect_err("it is no snake case").to_string();
     assert!(reported.contains("no file of the folder is called `few_levels.wgsl`"), "{reported}");
 }

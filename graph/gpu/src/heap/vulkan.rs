@@ -134,6 +134,7 @@ fn vulkan_format(format: Format) -> vk::Format {
         Format::Rg16Float => vk::Format::R16G16_SFLOAT,
         Format::Rgba16Float => vk::Format::R16G16B16A16_SFLOAT,
         Format::Rg11b10Ufloat => vk::Format::B10G11R11_UFLOAT_PACK32,
+        Format::Rgb10a2Unorm => vk::Format::A2B10G10R10_UNORM_PACK32,
         Format::R32Float => vk::Format::R32_SFLOAT,
         Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
         Format::Depth16Unorm => vk::Format::D16_UNORM,

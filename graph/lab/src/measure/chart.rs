@@ -4,8 +4,8 @@ use std::path::Path;
 
 use afterimage_gpu::ClockSource;
 
+use super::digits::significant;
 use super::report::{MeasureReport, Row};
-use super::table::significant;
 use super::variants::VariantKind;
 use crate::plot::axis::{LinearAxis, LogAxis};
 use crate::plot::labels::Labels;

@@ -11,12 +11,13 @@ use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::node::Registry;
 use serde::Serialize;
 
+use super::digits::significant;
 use super::errors::SHARE;
+use super::node_change::{changes, single_changes};
 use super::reference::Reference;
 use super::report::{MeasureReport, Row};
 use super::sequences::TestSequence;
-use super::table::significant;
-use super::variants::{Pipeline, Variant, VariantKind, changes, single_changes, variants};
+use super::variants::{Pipeline, Variant, VariantKind, variants};
 use super::{MeasureOptions, Measurement, error_image, load, sequences};
 use crate::files::file_name;
 use crate::metrics::{Shown, difference, percentile};

@@ -5,10 +5,12 @@
 
 mod chart;
 mod charts;
+mod digits;
 mod error_image;
 pub(crate) mod errors;
 mod explain;
 mod json;
+pub(crate) mod node_change;
 pub(crate) mod reference;
 mod report;
 pub(crate) mod sequence_runner;
@@ -16,6 +18,7 @@ pub(crate) mod sequences;
 mod table;
 pub(crate) mod variants;
 pub(crate) mod view;
+pub(crate) mod wires;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -4,8 +4,10 @@ use afterimage_gpu::{ClockSource, FrameTime};
 use comfy_table::presets::NOTHING;
 use comfy_table::{Attribute, Cell, CellAlignment, Color, Table};
 
+use super::digits::significant;
 use super::report::{MeasureReport, Row};
 use super::variants::VariantKind;
+use super::wires::wires;
 use crate::metrics::Range;
 
 /// The table, with a caption above and a legend below.
@@ -94,19 +96,6 @@ fn time(time: FrameTime) -> String {
     if spread > 0.0 { format!("{median} ±{:.0} %", 100.0 * spread) } else { median }
 }
 
-/// Three significant digits; small numbers have four decimal places.
-pub(crate) fn significant(number: f64) -> String {
-    match number.abs() {
-        0.0 => "0".into(),
-        n if n < 0.00005 => "<0.0001".into(),
-        n if n < 1.0 => format!("{number:.4}"),
-        n if n < 10.0 => format!("{number:.3}"),
-        n if n < 100.0 => format!("{number:.2}"),
-        n if n < 1000.0 => format!("{number:.1}"),
-        _ => format!("{number:.0}"),
-    }
-}
-
 fn legend(report: &MeasureReport) -> String {
     let time = match report.clock {
         ClockSource::Gpu => format!("time on the GPU, the median of {} frames", report.samples),
@@ -122,6 +111,9 @@ fn legend(report: &MeasureReport) -> String {
         let more = report.sequences.len() + 1;
         text += "\nwithout it: the p99.9 of the other images; ";
         text += &format!("one image more of their kind exceeds the p99.9 of all in 1 of {more} cases");
+    }
+    for wire in wires(report) {
+        text += &format!("\n{wire}");
     }
     if !report.without_effect.is_empty() {
         text += &format!("\nwithout effect here: {}", report.without_effect.join(", "));

@@ -1,10 +1,11 @@
 //! The reference of a pipeline, and the variants that are compared with it.
 
-use afterimage_graph::check::{Graph, GraphNode};
+use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::{Bake, PortType};
 use afterimage_graph::value::Value;
 
+use super::node_change::NodeChange;
 use crate::LabError;
 
 /// A pipeline to measure, as its file is.
@@ -65,56 +66,25 @@ impl Variant {
     }
 }
 
-/// The part of a node that a switch changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SwitchTarget {
-    /// A parameter, by its index among the node's values.
-    Parameter(usize),
-    /// The format of the node's results.
-    Format,
-    /// In one of how many frames the node runs.
-    Every,
-    /// The table that the node becomes.
-    Bake,
-}
-
-/// A value that a switch can have.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum SwitchValue {
-    Value(Value),
-    /// Of the format; `None` is the format that the node chooses.
-    Format(Option<Format>),
-    Every(u32),
-    Bake(Bake),
-}
-
 /// A quality switch of a pipeline, with the values to try.
 #[derive(Clone, Debug)]
 pub(crate) struct Switch {
     /// The index of the node in the graph.
     pub(crate) node: usize,
-    pub(crate) target: SwitchTarget,
     /// `node.parameter`, as tiers and `--set` name it.
     pub(crate) key: String,
-    /// The most accurate first.
-    pub(crate) choices: Vec<SwitchValue>,
+    /// The values of one field of the node; the most accurate first.
+    pub(crate) choices: Vec<NodeChange>,
     /// The value in the file.
-    pub(crate) written: SwitchValue,
-}
-
-impl SwitchValue {
-    /// The value as in a pipeline file; `None` for the format that the node chooses.
-    pub(crate) fn text(&self) -> Option<String> {
-        match self {
-            Self::Value(value) => Some(value.to_string()),
-            Self::Format(format) => format.map(|format| format.name().to_owned()),
-            Self::Every(every) => Some(every.to_string()),
-            Self::Bake(bake) => Some(bake.to_string()),
-        }
-    }
+    pub(crate) written: NodeChange,
 }
 
 impl Switch {
+    /// A switch of the node at an index, which has the written value.
+    fn new(graph: &Graph, node: usize, choices: Vec<NodeChange>, written: NodeChange) -> Self {
+        Self { node, key: written.key(&graph.nodes[node]), choices, written }
+    }
+
     /// Keeps only the choices at these indices.
     pub(crate) fn keep(&mut self, indices: &[usize]) {
         self.choices = indices.iter().map(|at| self.choices[*at].clone()).collect();
@@ -122,14 +92,12 @@ impl Switch {
 
     /// Sets it in a graph.
     pub(crate) fn apply(&self, graph: &mut Graph, choice: usize) {
-        let node = &mut graph.nodes[self.node];
-        match (self.target, &self.choices[choice]) {
-            (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => drop(node.instance.set(at, value.clone())),
-            (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
-            (SwitchTarget::Every, SwitchValue::Every(every)) => node.every = *every,
-            (SwitchTarget::Bake, SwitchValue::Bake(bake)) => node.bake = Some(*bake),
-            _ => unreachable!("the choices of a switch are of its target"),
-        }
+        self.choices[choice].apply(&mut graph.nodes[self.node]);
+    }
+
+    /// True if it is the format of the node's results.
+    pub(crate) fn is_format(&self) -> bool {
+        matches!(self.written, NodeChange::Format(_))
     }
 }
 
@@ -137,15 +105,17 @@ impl Switch {
 pub(crate) fn switches(graph: &Graph) -> Vec<Switch> {
     let mut all = Vec::new();
     for (index, node) in graph.nodes.iter().enumerate().filter(|(_, node)| !node.off) {
-        all.extend(parameter_switches(index, node));
-        all.extend(frame_switch(index, node));
-        all.extend(table_switch(index, node));
+        all.extend(parameter_switches(graph, index));
+        // Of nodes that the file does not run in every frame, and of those that it makes a table of.
+        all.extend((node.every > 1).then(|| frame_switch(graph, index)));
+        all.extend(node.bake.map(|bake| table_switch(graph, index, bake)));
         all.extend(format_switch(graph, index));
     }
     all
 }
 
-fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Switch> + '_ {
+fn parameter_switches(graph: &Graph, index: usize) -> impl Iterator<Item = Switch> + '_ {
+    let node = &graph.nodes[index];
     node.kind().params().iter().enumerate().filter_map(move |(at, param)| {
         let quality = param.quality.as_ref()?;
         let mut values = vec![quality.exact.clone()];
@@ -157,129 +127,64 @@ fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Sw
             let is_choice = matches!(written, Value::Choice(_));
             values.insert(usize::from(!is_choice), written.clone());
         }
-        let choices = values.into_iter().map(SwitchValue::Value).collect();
-        let key = format!("{}.{}", node.name, param.name);
-        Some(Switch {
-            node: index,
-            target: SwitchTarget::Parameter(at),
-            key,
-            choices,
-            written: SwitchValue::Value(written),
-        })
+        let choices = values.into_iter().map(|value| NodeChange::Value(at, value)).collect();
+        Some(Switch::new(graph, index, choices, NodeChange::Value(at, written)))
     })
 }
 
-/// The switch of a node that the file does not run in every frame.
-fn frame_switch(index: usize, node: &GraphNode) -> Option<Switch> {
-    let written = SwitchValue::Every(node.every);
-    (node.every > 1).then(|| Switch {
-        node: index,
-        target: SwitchTarget::Every,
-        key: format!("{}.every", node.name),
-        choices: vec![SwitchValue::Every(1), written.clone()],
-        written,
-    })
+fn frame_switch(graph: &Graph, index: usize) -> Switch {
+    let written = NodeChange::Every(graph.nodes[index].every);
+    Switch::new(graph, index, vec![NodeChange::Every(1), written.clone()], written)
 }
 
-/// The switch of a node that the file makes a table of.
-fn table_switch(index: usize, node: &GraphNode) -> Option<Switch> {
-    let written = SwitchValue::Bake(node.bake?);
-    let mut choices = [Bake::Off, Bake::Auto, Bake::Size(48), Bake::Size(33)].map(SwitchValue::Bake).to_vec();
+fn table_switch(graph: &Graph, index: usize, bake: Bake) -> Switch {
+    let written = NodeChange::Bake(Some(bake));
+    let known = [Bake::Off, Bake::Auto, Bake::Size(48), Bake::Size(33)];
+    let mut choices = known.map(|bake| NodeChange::Bake(Some(bake))).to_vec();
     if !choices.contains(&written) {
         choices.insert(1, written.clone());
     }
-    Some(Switch { node: index, target: SwitchTarget::Bake, key: format!("{}.bake", node.name), choices, written })
+    Switch::new(graph, index, choices, written)
 }
 
 /// The format switch of a node whose images are not outputs.
 fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
     let node = &graph.nodes[index];
     let makes_images = node.kind().outputs().iter().any(|port| matches!(port.ty, PortType::Image | PortType::Pyramid));
-    let is_result = |output: &afterimage_graph::check::GraphOutput| match output.source {
-        afterimage_graph::check::Source::Node { node, .. } => node == index,
-        afterimage_graph::check::Source::Input(_) => false,
-    };
-    // The packed format is unsigned and has no alpha: it holds linear color only.
-    let is_linear =
-        |state: &ColorState| matches!(state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-    let are_all_linear = node.states.iter().flatten().all(is_linear);
-    if !makes_images || !are_all_linear || graph.outputs.iter().any(is_result) {
+    let is_result = |output: &GraphOutput| matches!(output.source, Source::Node { node, .. } if node == index);
+    let are_all = |known: &[ColorState]| node.states.iter().flatten().all(|state| known.contains(state));
+    if !makes_images || graph.outputs.iter().any(is_result) {
         return None;
     }
-    let mut formats = vec![Some(Format::Rgba16Float), Some(Format::Rg11b10Ufloat)];
+    let mut formats = vec![Some(Format::Rgba16Float)];
+    // Errors are those of colors, so nothing would tell that alpha is lost.
+    let needs_alpha = graph.outputs.iter().any(|output| output.has_coverage);
+    // Codes end at 1, which is white on an SDR display. The light of a scene and numbers that are no colors do not.
+    let ends_at_white = are_all(&[ColorState::DisplayLinear, ColorState::Encoded]);
+    if ends_at_white && !needs_alpha {
+        formats.push(Some(Format::Rgb10a2Unorm));
+    }
+    // The packed floats are unsigned: they hold linear color only.
+    if are_all(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear]) && !needs_alpha {
+        formats.push(Some(Format::Rg11b10Ufloat));
+    }
+    if ends_at_white {
+        formats.push(Some(Format::Rgba8Unorm));
+    }
+    if formats.len() == 1 {
+        return None;
+    }
     if !formats.contains(&node.format) {
         formats.insert(0, node.format);
     }
-    let choices = formats.into_iter().map(SwitchValue::Format).collect();
-    let written = SwitchValue::Format(node.format);
-    Some(Switch { node: index, target: SwitchTarget::Format, key: format!("{}.format", node.name), choices, written })
-}
-
-/// The entries of a tier that turns `from` into `to`: `"node.parameter": value`. Both graphs have the same nodes and
-/// wires.
-pub fn changes(from: &Graph, to: &Graph) -> Vec<String> {
-    from.nodes.iter().zip(&to.nodes).flat_map(|(from, to)| node_changes(from, to)).collect()
-}
-
-fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
-    let mut all = Vec::new();
-    if from.off != to.off {
-        all.push(format!("{:?}: {}", to.name, if to.off { "Off" } else { "On" }));
-    }
-    let mut set = |name: &str, value: Option<String>| {
-        all.extend(value.map(|value| format!("{:?}: {value}", format!("{}.{name}", to.name))));
-    };
-    for ((before, after), param) in from.instance.values().iter().zip(to.instance.values()).zip(to.kind().params()) {
-        set(&param.name, (before != after).then(|| after.to_string()));
-    }
-    if from.when != to.when {
-        set("when", to.when.as_ref().map(|when| format!("{:?}", when.to_string())));
-    }
-    if from.format != to.format {
-        set("format", to.format.map(|format| format.name().to_owned()));
-    }
-    if from.bake != to.bake {
-        set("bake", to.bake.map(|bake| bake.to_string()));
-    }
-    if from.every != to.every {
-        set("every", Some(to.every.to_string()));
-    }
-    if from.label != to.label {
-        set("label", to.label.as_ref().map(|label| format!("{label:?}")));
-    }
-    all
-}
-
-/// Copies of `from`, each with one of the changes that turn it into `to`. A change that is not valid without
-/// others has none.
-pub(crate) fn single_changes(from: &Graph, to: &Graph) -> Vec<Graph> {
-    let mut all = Vec::new();
-    for (index, (before, after)) in from.nodes.iter().zip(&to.nodes).enumerate() {
-        let mut change = |set: &dyn Fn(&mut GraphNode)| {
-            let mut graph = from.clone();
-            set(&mut graph.nodes[index]);
-            if graph.nodes[index].instance.verify().is_ok() && !changes(from, &graph).is_empty() {
-                all.push(graph);
-            }
-        };
-        for (at, value) in after.instance.values().iter().enumerate() {
-            if before.instance.values()[at] != *value {
-                change(&|node| drop(node.instance.set(at, value.clone())));
-            }
-        }
-        change(&|node| node.off = after.off);
-        change(&|node| node.when.clone_from(&after.when));
-        change(&|node| node.format = after.format);
-        change(&|node| node.bake = after.bake);
-        change(&|node| node.every = after.every);
-    }
-    all
+    let choices = formats.into_iter().map(NodeChange::Format).collect();
+    Some(Switch::new(graph, index, choices, NodeChange::Format(node.format)))
 }
 
 /// The graph with every quality switch at its most accurate. Formats are the planner's option `exact`.
 pub(crate) fn most_accurate(graph: &Graph) -> Result<Graph, LabError> {
     let mut exact = graph.clone();
-    for switch in switches(graph).iter().filter(|switch| matches!(switch.target, SwitchTarget::Parameter(_))) {
+    for switch in switches(graph).iter().filter(|switch| matches!(switch.written, NodeChange::Value(..))) {
         switch.apply(&mut exact, 0);
     }
     verify(&exact)
@@ -303,8 +208,7 @@ pub(crate) fn variants(pipeline: &Pipeline) -> Result<Vec<Variant>, LabError> {
     ];
     let tiers = tiers.iter().map(|(tier, graph)| variant(&format!("tier {tier}"), VariantKind::Tier, graph.clone()));
     all.extend(tiers);
-    let (parameters, formats): (Vec<_>, Vec<_>) =
-        switches(written).into_iter().partition(|switch| switch.target != SwitchTarget::Format);
+    let (formats, parameters): (Vec<_>, Vec<_>) = switches(written).into_iter().partition(Switch::is_format);
     for (kind, switches) in [(VariantKind::Switch, parameters), (VariantKind::Format, formats)] {
         all.extend(switches.iter().flat_map(|switch| switched(switch, kind, written)));
     }

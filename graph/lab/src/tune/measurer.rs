@@ -17,7 +17,7 @@ use crate::measure::sequence_runner::{SequenceRunner, reads_earlier_images};
 use crate::measure::sequences::{self, TestSequence};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
-use crate::measure::{Errors, MeasureOptions, images, load};
+use crate::measure::{Cost, Errors, MeasureOptions, images, load};
 use crate::metrics::Display;
 
 #[derive(Clone, Debug)]
@@ -62,8 +62,8 @@ pub(super) struct ChoiceMeasurer<'a> {
     /// Samples of the time of each choice.
     pub(super) samples: u32,
     adapter: String,
-    /// The time and the bytes of each plan for the largest image, by its hash: equal choices share them.
-    costs: BTreeMap<PlanHash, (f64, u64)>,
+    /// The cost of each plan for the largest image, by its hash: equal choices share it.
+    costs: BTreeMap<PlanHash, Cost>,
 }
 
 impl<'a> ChoiceMeasurer<'a> {
@@ -158,14 +158,14 @@ impl<'a> ChoiceMeasurer<'a> {
         let graph = self.graph(choice);
         let sequence = &self.pictures[self.largest()].sequence;
         let plan = self.runner.load(&graph, sequence, false)?.hash();
-        let (ms, bytes) = match self.costs.get(&plan) {
+        let Cost { time, bytes, bytes_moved, .. } = match self.costs.get(&plan) {
             Some(known) => *known,
             None => {
                 let cost = self.runner.cost(sequence, self.samples)?;
-                *self.costs.entry(plan).or_insert((cost.time.ms(), cost.bytes))
+                *self.costs.entry(plan).or_insert(cost)
             }
         };
-        Ok(Measured { ms, bytes, ..worst(&errors) })
+        Ok(Measured { ms: time.ms(), bytes, bytes_moved, ..worst(&errors) })
     }
 
     /// Measures the errors of a choice on all pictures; `seen` are those that the search saw, and the cost.
@@ -177,7 +177,8 @@ impl<'a> ChoiceMeasurer<'a> {
                 at = other;
             }
         }
-        let measured = Measured { ms: seen.ms, bytes: seen.bytes, ..worst(&errors) };
+        let Measured { ms, bytes, bytes_moved, .. } = *seen;
+        let measured = Measured { ms, bytes, bytes_moved, ..worst(&errors) };
         Ok(Confirmed { measured, worst: self.pictures[at].sequence.name.clone() })
     }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 use afterimage_gpu::Gpu;
 use afterimage_graph::node::Registry;
 
-pub use crate::measure::variants::changes;
+pub use crate::measure::node_change::changes;
 pub use measurer::TunePipeline;
 pub use target::{MARGIN, Measured, TuneTarget};
 pub use tiers::{Goal, Tier};
@@ -37,6 +37,8 @@ pub struct Tuned {
     pub tiers: Vec<Tier>,
     /// Goals that gave no tier, with the reasons, for a user.
     pub left_out: Vec<String>,
+    /// The cost of each format of a wire alone, a sentence each.
+    pub wires: Vec<String>,
     /// The number of choices with measured figures.
     pub choices: usize,
 }
@@ -73,5 +75,5 @@ pub fn tune(
     let mut tuner = Tuner::new(measurer, state, steps);
     let (tiers, left_out) = tiers::tiers(&mut tuner, goals)?;
     tuner.steps.finish();
-    Ok(Tuned { tiers, left_out, choices: tuner.state.len() })
+    Ok(Tuned { tiers, left_out, wires: tuner.wires(), choices: tuner.state.len() })
 }

@@ -107,7 +107,8 @@ mod tests {
         let path = folder.join("state.json");
         let identity = json!({ "size": 8 });
         let mut state = SearchState::open(Some(&path), identity.clone()).expect("there is none");
-        let measured = Measured { ms: 2.0, p999: 3.0, p999_without_worst: Some(4.0), max: 5.0, bytes: 6 };
+        let (p999_without_worst, bytes, bytes_moved) = (Some(4.0), 6, 7);
+        let measured = Measured { ms: 2.0, p999: 3.0, p999_without_worst, max: 5.0, bytes, bytes_moved };
         state.insert("a=1".to_owned(), measured).expect("it is written");
         state.confirm("a=1".to_owned(), Confirmed { measured, worst: "b".to_owned() }).expect("it is written");
         let text = std::fs::read_to_string(&path).expect("it was written");

@@ -35,6 +35,9 @@ pub struct Measured {
     pub max: f64,
     /// Bytes of transient images.
     pub bytes: u64,
+    /// Bytes that the passes of a frame move.
+    #[serde(default)]
+    pub bytes_moved: u64,
 }
 
 impl Measured {
@@ -47,6 +50,7 @@ impl Measured {
             p999_without_worst: Some(self.p999_without_worst.map_or(second, |before| before.max(second))),
             max: self.max.max(other.max),
             bytes: self.bytes.max(other.bytes),
+            bytes_moved: self.bytes_moved.max(other.bytes_moved),
         }
     }
 

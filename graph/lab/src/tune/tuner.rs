@@ -8,6 +8,7 @@ use super::state::SearchState;
 use super::steps::{MAX_CONFIRMATIONS, Steps, max_choices, single_choices};
 use super::target::{Measured, TuneTarget};
 use crate::LabError;
+use crate::measure::wires::{Traded, sentence};
 
 /// After a choice that other pictures refuse, the search stays below this share of its error.
 const LESS: f64 = 0.9;
@@ -38,6 +39,16 @@ impl<'a> Tuner<'a> {
         }
         self.steps.end_part(before, single_choices(&sizes));
         Ok(())
+    }
+
+    /// The cost of each format of a wire alone, in words; nothing if no switch was measured alone.
+    pub(super) fn wires(&self) -> Vec<String> {
+        let space = &self.measurer.space;
+        let traded = |measured: &Measured| Traded { codes: measured.p999, bytes: measured.bytes_moved };
+        let alone = singles(&space.sizes()).into_iter().skip(1);
+        let Some(exact) = self.known.get(&space.most_accurate()) else { return Vec::new() };
+        let figures = alone.filter_map(|choice| Some((space.key(&choice), self.known.get(&choice)?)));
+        figures.filter_map(|(change, found)| sentence(&change, traded(exact), traded(found))).collect()
     }
 
     /// The best choice for a target, with measured figures. They are beyond the target if no choice meets it.

@@ -156,6 +156,42 @@ impl Colors {
         self.convert(values);
     }
 
+    /// The upright picture of signals: red, green, blue and straight alpha of each pixel. Profiles with curves and tables
+    /// take codes of 16 bits, in which signals are limited to 0 to 1.
+    ///
+    /// # Errors
+    /// There is no memory for it, or a profile cannot be evaluated.
+    #[cfg(any(feature = "avif", feature = "jxl"))]
+    pub(super) fn into_picture(
+        self,
+        mut values: Vec<f32>,
+        [width, height]: [u32; 2],
+        alpha: Alpha,
+        orientation: Option<Orientation>,
+    ) -> Result<Picture, CodecError> {
+        if !matches!(self.decoding, Decoding::Transfer(_)) {
+            let code = |signal: &f32| ((signal.clamp(0.0, 1.0) * 65535.0).round() as u16).to_be_bytes();
+            let channels = if alpha == Alpha::None { 3 } else { 4 };
+            let pixels = values.as_chunks::<4>().0;
+            let bytes = pixels.iter().flat_map(|pixel| &pixel[..channels]).flat_map(code).collect();
+            let codes = Codes { bytes, bits: 16, channels, alpha, pixels: pixels.len() };
+            return codes.into_picture([width, height], self, orientation);
+        }
+        self.decode(&mut values);
+        if alpha == Alpha::Premultiply {
+            for [r, g, b, alpha] in values.as_chunks_mut::<4>().0 {
+                [r, g, b].into_iter().for_each(|channel| *channel *= *alpha);
+            }
+        }
+        let picture = Picture::new(width, height, Pixels::Float(values));
+        let mut picture = Picture { stated: self.stated, notes: self.notes, ..picture };
+        if let Some(orientation) = orientation {
+            picture = orientation.upright(picture);
+            picture.notes.push("it is turned upright, as it states".to_owned());
+        }
+        Ok(picture)
+    }
+
     /// Applies the opto-optical transfer function of HLG for the display that the file is graded on.
     fn apply_ootf(&self, values: &mut [f32]) {
         let Some((weights, peak)) = self.display else { return };

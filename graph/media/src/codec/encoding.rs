@@ -84,7 +84,12 @@ impl Encoding {
         match self.format {
             ImageFormat::Png => self.alpha == Alpha::WhereNeeded || is_hdr,
             ImageFormat::Tiff => self.alpha == Alpha::WhereNeeded,
-            ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Jpeg | ImageFormat::Dpx | ImageFormat::Jxl => false,
+            ImageFormat::Exr
+            | ImageFormat::Hdr
+            | ImageFormat::Jpeg
+            | ImageFormat::Dpx
+            | ImageFormat::Jxl
+            | ImageFormat::Avif => false,
         }
     }
 

@@ -24,7 +24,7 @@ const FILM: ForeignFormat = ForeignFormat {
 };
 
 /// In the order in which contents are compared.
-const ALL: [ForeignFormat; 9] = [
+const ALL: [ForeignFormat; 10] = [
     ForeignFormat {
         what: "a raw file of a camera",
         way: "develop it to light first: `darktable-cli IN.raw OUT.exr`, or `rawtherapee-cli`",
@@ -39,10 +39,17 @@ const ALL: [ForeignFormat; 9] = [
         ],
     },
     ForeignFormat {
-        what: "an AVIF or HEIF",
-        way: "convert it with its colors: `avifdec --depth 16 IN.avif OUT.png`, or `heif-dec IN.heic OUT.png`",
-        endings: &["avif", "heic", "heif"],
-        signatures: &[(4, b"ftypavif"), (4, b"ftypavis"), (4, b"ftyphei"), (4, b"ftypmif1"), (4, b"ftyphev")],
+        what: "an AVIF",
+        way: "a program that was built with `--features avif` reads it; else convert it with its colors: \
+              `avifdec --depth 16 IN.avif OUT.png`",
+        endings: &["avif"],
+        signatures: &[(4, b"ftypavif"), (4, b"ftypavis")],
+    },
+    ForeignFormat {
+        what: "a HEIF",
+        way: "convert it with its colors: `heif-dec IN.heic OUT.png`",
+        endings: &["heic", "heif"],
+        signatures: &[(4, b"ftyphei"), (4, b"ftypmif1"), (4, b"ftyphev")],
     },
     FILM,
     ForeignFormat {

@@ -38,13 +38,19 @@ listed! {
         /// JPEG XL: codes of a transfer function, or linear ones. Such files are read with the feature `jxl`, and not
         /// written.
         Jxl,
+        /// AVIF: codes of a transfer function. Such files are read with the feature `avif`, and not written.
+        Avif,
     }
 }
 
 impl ImageFormat {
     /// The formats that this program reads.
     pub fn readable() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|format| cfg!(feature = "jxl") || *format != Self::Jxl)
+        Self::ALL.into_iter().filter(|format| match format {
+            Self::Jxl => cfg!(feature = "jxl"),
+            Self::Avif => cfg!(feature = "avif"),
+            _ => true,
+        })
     }
 
     /// The endings of file names, in lower case; the usual one first.
@@ -57,10 +63,11 @@ impl ImageFormat {
             Self::Tiff => &["tif", "tiff"],
             Self::Dpx => &["dpx"],
             Self::Jxl => &["jxl"],
+            Self::Avif => &["avif"],
         }
     }
 
-    /// The first bytes of files.
+    /// The first bytes of files, of an AVIF those after the length of its first box.
     fn signatures(self) -> &'static [&'static [u8]] {
         match self {
             Self::Exr => &[b"\x76\x2f\x31\x01"],
@@ -70,6 +77,7 @@ impl ImageFormat {
             Self::Tiff => &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
             Self::Dpx => &[b"SDPX", b"XPDS"],
             Self::Jxl => &[b"\xff\x0a", b"\0\0\0\x0cJXL \r\n\x87\n"],
+            Self::Avif => &[b"ftypavif", b"ftypavis"],
         }
     }
 
@@ -83,6 +91,7 @@ impl ImageFormat {
             Self::Tiff => "TIFF",
             Self::Dpx => "DPX",
             Self::Jxl => "JPEG XL",
+            Self::Avif => "AVIF",
         }
     }
 
@@ -91,7 +100,7 @@ impl ImageFormat {
     pub fn depths(self) -> &'static [u32] {
         match self {
             Self::Exr => &[16, 32],
-            Self::Hdr | Self::Dpx | Self::Jxl => &[],
+            Self::Hdr | Self::Dpx | Self::Jxl | Self::Avif => &[],
             Self::Png => &[8, 16],
             Self::Jpeg => &[8],
             Self::Tiff => &[8, 16, 32],
@@ -103,7 +112,7 @@ impl ImageFormat {
     pub fn is_encoded(self) -> bool {
         match self {
             Self::Exr | Self::Hdr => false,
-            Self::Png | Self::Jpeg | Self::Tiff | Self::Dpx | Self::Jxl => true,
+            Self::Png | Self::Jpeg | Self::Tiff | Self::Dpx | Self::Jxl | Self::Avif => true,
         }
     }
 
@@ -117,7 +126,11 @@ impl ImageFormat {
     /// The format by the signature; the reader is at its start again afterwards.
     pub(crate) fn of_content(reader: &mut (impl BufRead + Seek)) -> Result<Self, CodecError> {
         let start = first_bytes(reader).map_err(|error| CodecError::reading(&error))?;
-        let is_signed = |format: &Self| format.signatures().iter().any(|signature| start.starts_with(signature));
+        let is_signed = |format: &Self| {
+            let from = if *format == Self::Avif { 4 } else { 0 };
+            let start = start.get(from..).unwrap_or_default();
+            format.signatures().iter().any(|signature| start.starts_with(signature))
+        };
         if let Some(format) = Self::readable().find(is_signed) {
             Ok(format)
         } else if start.is_empty() {

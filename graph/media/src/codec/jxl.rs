@@ -1,6 +1,6 @@
 //! JPEG XL to linear Rec.709, with the feature `jxl`.
 
-use std::io::{BufRead, Read as _, Seek};
+use std::io::{BufRead, Seek};
 
 use afterimage_base::color::{Chromaticities, Decimal, Transfer};
 use jxl::api::{
@@ -11,13 +11,13 @@ use jxl::api::{
 use jxl::error::Error;
 use rayon::prelude::*;
 
-use crate::codec::codes::{Alpha, Codes, Colors};
-use crate::codec::limits::{MAX_BYTES, too_large, zeroed};
-use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, Pixels, ReadOptions, icc};
+use crate::codec::codes::{Alpha, Colors};
+use crate::codec::limits::{MAX_BYTES, read_all, too_large, zeroed};
+use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, ReadOptions, icc};
 
 /// Decodes the first frame to linear color. Straight alpha is multiplied into it, unless `options` keep it apart.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
-    let bytes = bytes(reader, options.budget.0)?;
+    let bytes = read_all(reader, options.budget.0)?;
     let mut input = &*bytes;
     let mut file = Stream::open(&mut input, options.budget.0)?;
     let (width, height) = file.size();
@@ -26,7 +26,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let channels = 4 + file.extra_channels() as u64;
     let extra = bytes.len() as u64 + 8 * channels * pixels as u64;
     options.budget.check((width.into(), height.into()), 4, extra)?;
-    let (colors, is_space) = file.colors(options.space)?;
+    let colors = file.colors(options.space)?;
     let mut values: Vec<f32> = zeroed(4 * pixels)?;
     file.read(&mut input, &mut values)?;
     let alpha = match (file.has_alpha(), options.premultiplied) {
@@ -34,27 +34,13 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
         (true, true) => Alpha::Premultiply,
         (true, false) => Alpha::Apart,
     };
-    if !is_space {
-        let code = |signal: &f32| ((signal.clamp(0.0, 1.0) * 65535.0).round() as u16).to_be_bytes();
-        let channels = if alpha == Alpha::None { 3 } else { 4 };
-        let bytes = values.as_chunks::<4>().0.iter().flat_map(|pixel| &pixel[..channels]).flat_map(code).collect();
-        return Codes { bytes, bits: 16, channels, alpha, pixels }.into_picture([width, height], colors, None);
-    }
-    colors.decode(&mut values);
-    if alpha == Alpha::Premultiply {
-        for [r, g, b, alpha] in values.as_chunks_mut::<4>().0 {
-            [r, g, b].into_iter().for_each(|channel| *channel *= *alpha);
-        }
-    }
-    let mut picture = Picture::new(width, height, Pixels::Float(values));
-    (picture.stated, picture.notes) = (colors.stated, colors.notes);
-    Ok(picture)
+    colors.into_picture(values, [width, height], alpha, None)
 }
 
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
-    let bytes = bytes(reader, MAX_BYTES)?;
+    let bytes = read_all(reader, MAX_BYTES)?;
     let file = Stream::open(&mut &*bytes, MAX_BYTES)?;
-    let (colors, _) = file.colors(None)?;
+    let colors = file.colors(None)?;
     let info = file.decoder.basic_info().expect("the header was read");
     let samples = match info.bit_depth {
         JxlBitDepth::Float { bits_per_sample: 17.., .. } => "float",
@@ -65,16 +51,6 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
     let compression = if info.uses_original_profile { "modular" } else { "lossy" };
     let names: &[&str] = if file.has_alpha() { &["R", "G", "B", "A"] } else { &["R", "G", "B"] };
     Ok(colors.describe(Description::of_picture("JPEG XL", file.size(), names, samples, compression)))
-}
-
-fn bytes(reader: impl BufRead, budget: u64) -> Result<Vec<u8>, CodecError> {
-    let mut bytes = Vec::new();
-    let read =
-        reader.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| CodecError::reading(&error))?;
-    if read as u64 > budget {
-        return Err(too_large("the file is larger than what decoding may take"));
-    }
-    Ok(bytes)
 }
 
 /// A file whose header was read.
@@ -140,8 +116,8 @@ impl Stream {
         }
     }
 
-    /// The colors of the numbers that are read; false with them if only their codes can be converted.
-    fn colors(&self, space: Option<ColorSpace>) -> Result<(Colors, bool), CodecError> {
+    /// The colors of the numbers that are read.
+    fn colors(&self, space: Option<ColorSpace>) -> Result<Colors, CodecError> {
         let info = self.decoder.basic_info().expect("the header was read");
         let peak = Some(f64::from(info.tone_mapping.intensity_target)).filter(|peak| *peak > 0.0);
         let mut notes = Vec::new();
@@ -152,25 +128,25 @@ impl Stream {
             notes.push("its channels besides color and alpha are left out".to_owned());
         }
         let is_gray = self.decoder.embedded_color_profile().is_some_and(|profile| profile.channels() == 1);
-        let (mut colors, is_space) = match (space, self.decoder.output_color_profile()) {
-            (Some(space), _) => (Colors::new(Some((space.primaries, space.transfer)), None), true),
+        let mut colors = match (space, self.decoder.output_color_profile()) {
+            (Some(space), _) => Colors::new(Some((space.primaries, space.transfer)), None),
             (None, Some(JxlColorProfile::Simple(encoding))) => {
-                (Colors::new(of_encoding(encoding), peak).stated_by("color encoding"), true)
+                Colors::new(of_encoding(encoding), peak).stated_by("color encoding")
             }
             (None, Some(JxlColorProfile::Icc(profile))) => match icc::read(profile, if is_gray { 1 } else { 3 }) {
                 Ok(icc::Profile::Space(primaries, transfer)) => {
-                    (Colors::new(Some((primaries, transfer)), peak).stated_by("ICC profile"), true)
+                    Colors::new(Some((primaries, transfer)), peak).stated_by("ICC profile")
                 }
-                Ok(profile) => (Colors::of_profile(profile).stated_by("ICC profile"), false),
+                Ok(profile) => Colors::of_profile(profile).stated_by("ICC profile"),
                 Err(why) => {
                     notes.push(format!("its ICC profile is not applied: {why}"));
-                    (Colors::new(None, None), true)
+                    Colors::new(None, None)
                 }
             },
-            (None, None) => (Colors::new(None, None), true),
+            (None, None) => Colors::new(None, None),
         };
         colors.notes = notes;
-        Ok((colors, is_space))
+        Ok(colors)
     }
 }
 

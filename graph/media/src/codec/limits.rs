@@ -80,6 +80,20 @@ pub(crate) fn size_of_bytes(bytes: u64) -> String {
     }
 }
 
+/// All bytes of a file that decoders take as a whole.
+#[cfg(any(feature = "avif", feature = "jxl"))]
+pub(crate) fn read_all(reader: impl std::io::Read, budget: u64) -> Result<Vec<u8>, CodecError> {
+    use std::io::Read as _;
+
+    let mut bytes = Vec::new();
+    let read =
+        reader.take(budget.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| CodecError::reading(&error))?;
+    if read as u64 > budget {
+        return Err(too_large("the file is larger than what decoding may take"));
+    }
+    Ok(bytes)
+}
+
 /// A vector of `len` copies of `value`, or an error where memory does not suffice.
 pub(crate) fn filled<T: Copy>(len: usize, value: T) -> Result<Vec<T>, CodecError> {
     let mut vec = Vec::new();

@@ -2,6 +2,8 @@
 //! [`Picture`],
 //! [`encode`] turns an [`Image`] into bytes. Nothing here uses the file system.
 
+#[cfg(feature = "avif")]
+mod avif;
 mod chromaticities;
 pub(crate) mod cicp;
 mod codes;
@@ -27,6 +29,8 @@ mod png;
 mod quantize;
 mod reading;
 mod resample;
+#[cfg(any(feature = "avif", not(target_family = "wasm")))]
+pub(crate) mod signals;
 mod space;
 mod statistics;
 mod tiff;
@@ -87,6 +91,10 @@ pub fn decode(
         (ImageFormat::Jxl, None) => jxl::decode(reader, options),
         #[cfg(not(feature = "jxl"))]
         (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
+        #[cfg(feature = "avif")]
+        (ImageFormat::Avif, None) => avif::decode(reader, options),
+        #[cfg(not(feature = "avif"))]
+        (ImageFormat::Avif, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }
@@ -160,6 +168,10 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (ImageFormat::Jxl, None) => jxl::describe(reader),
         #[cfg(not(feature = "jxl"))]
         (ImageFormat::Jxl, None) => unreachable!("the format is not readable"),
+        #[cfg(feature = "avif")]
+        (ImageFormat::Avif, None) => avif::describe(reader),
+        #[cfg(not(feature = "avif"))]
+        (ImageFormat::Avif, None) => unreachable!("the format is not readable"),
         (_, Some(layer)) => Err(no_layers(layer)),
     })
 }

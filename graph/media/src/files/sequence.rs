@@ -71,11 +71,12 @@ impl Input {
         }
     }
 
-    /// The output of each source, in the order of [`Input::sources`]. A sequence needs a
-    /// placeholder in `output`, a single image must have none.
+    /// The output of each source, in the order of [`Input::sources`]. A sequence of several frames needs a placeholder
+    /// in `output`, a single image must have none.
     pub fn outputs(&self, output: &str) -> Result<Vec<PathBuf>, FileError> {
         match (self, Pattern::parse(output)?) {
             (Self::Single(_), None) => Ok(vec![output.into()]),
+            (Self::Sequence(frames), None) if frames.len() == 1 => Ok(vec![output.into()]),
             (Self::Sequence(frames), Some(pattern)) => Ok(frames.iter().map(|(frame, _)| pattern.at(*frame)).collect()),
             (Self::Sequence(frames), None) => {
                 let message = format!("{} frames cannot go into one file", frames.len());

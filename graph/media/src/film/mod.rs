@@ -8,7 +8,6 @@ mod matroska;
 mod preset;
 mod probe;
 mod reader;
-mod signals;
 mod timeline;
 mod writer;
 

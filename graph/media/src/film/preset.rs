@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::signals::Layout;
+use crate::codec::signals::Layout;
 
 /// A container and a codec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,14 +91,19 @@ impl Preset {
         Layout { bits: self.bits, is_rgb: self.is_rgb, is_narrow: !self.is_rgb }
     }
 
-    /// The options of `ffmpeg` for a file.
-    pub(super) fn options(&self, file: &Path) -> Vec<&'static str> {
-        let mut options = self.options.to_vec();
-        let container = match &*ending(file) {
+    /// The container of a file, as `ffmpeg` calls it.
+    pub(super) fn container(&self, file: &Path) -> &'static str {
+        match &*ending(file) {
             "mkv" => "matroska",
             "mov" => "mov",
             _ => "mp4",
-        };
+        }
+    }
+
+    /// The options of `ffmpeg` for a file.
+    pub(super) fn options(&self, file: &Path) -> Vec<&'static str> {
+        let mut options = self.options.to_vec();
+        let container = self.container(file);
         if self.name == "hevc" && container != "matroska" {
             // The name that players of Apple ask for.
             options.extend(["-tag:v", "hvc1"]);

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
 use super::ffmpeg::probe;
-use super::signals::{Layout, Weights};
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
+use crate::codec::signals::{Layout, Weights};
 use crate::codec::{CodecError, Description, ErrorKind};
 use crate::files::{FileError, Source};
 

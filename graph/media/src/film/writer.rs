@@ -8,13 +8,13 @@ use std::process::ChildStdin;
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
 use super::Film;
-use super::ffmpeg::{FILES_ONLY, Process, named};
+use super::ffmpeg::{FILES_ONLY, Process, named, probe};
 use super::matroska;
 use super::preset::Preset;
 use super::probe::DISPLAY;
-use super::signals::{Layout, Weights};
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
+use crate::codec::signals::{Layout, Weights};
 use crate::codec::{CodecError, ErrorKind};
 use crate::files::{AtomicFile, FileError};
 
@@ -36,6 +36,12 @@ impl Sound {
         let is_whole = first == 0 && last + 1 == times.frames();
         Self { film: film.path.clone(), aspect: film.aspect.clone(), span, is_whole }
     }
+
+    /// True if some of it is not encoded.
+    fn is_raw(&self) -> Result<bool, FileError> {
+        let words = ["-select_streams", "a", "-show_entries", "stream=codec_name", "-of", "csv=p=0"];
+        Ok(probe(&self.film, &words)?.lines().any(|codec| codec.starts_with("pcm_")))
+    }
 }
 
 /// A film that is written frame by frame. It is at its place when it is [finished](Self::finish); dropped before, it
@@ -52,7 +58,8 @@ pub struct FilmWriter {
 }
 
 impl FilmWriter {
-    /// Starts the encoder of frames with these times. `more` are further options of `ffmpeg`.
+    /// Starts the encoder of frames with these times. `more` are further options of `ffmpeg`. Returns the film, and
+    /// sentences about what is changed of the sound.
     ///
     /// # Errors
     /// No film can have these colors, there is no `ffmpeg`, or the file cannot be written.
@@ -63,7 +70,7 @@ impl FilmWriter {
         (preset, more): (Preset, &[String]),
         times: Timeline,
         sound: Option<&Sound>,
-    ) -> Result<Self, FileError> {
+    ) -> Result<(Self, Vec<String>), FileError> {
         let tags = Tags::of(color).map_err(|error| FileError::at(path, error))?;
         let (file, to) = AtomicFile::for_program(path)?;
         let mut words = Vec::new();
@@ -82,8 +89,15 @@ impl FilmWriter {
         }
         let mut add = |all: &[&str]| words.extend(all.iter().map(OsString::from));
         add(&["-map", "0:v:0"]);
-        if sound.is_some() {
-            add(&["-map", "1:a?", "-c:a", "copy", "-map_metadata", "1"]);
+        let mut notes = Vec::new();
+        if let Some(sound) = sound {
+            add(&["-map", "1:a?", "-map_metadata", "1", "-c:a"]);
+            if preset.container(path) == "mp4" && sound.is_raw()? {
+                add(&["aac", "-b:a", "320k"]);
+                notes.push("the sound is encoded as AAC: players take no PCM in a .mp4; .mov and .mkv keep it".into());
+            } else {
+                add(&["copy"]);
+            }
         }
         let range = if preset.layout().is_narrow { "tv" } else { "pc" };
         let aspect = sound.and_then(|sound| sound.aspect.clone());
@@ -114,7 +128,8 @@ impl FilmWriter {
             return Err(process.failure());
         }
         let pixels = size.0 as usize * size.1 as usize;
-        Ok(Self { path: path.into(), file, process, frames, layout, weights: tags.weights(), times, pixels })
+        let film = Self { path: path.into(), file, process, frames, layout, weights: tags.weights(), times, pixels };
+        Ok((film, notes))
     }
 
     /// Writes the next frame, that of this index of the times. Its signals are those of the colors of the film.

@@ -278,6 +278,28 @@ class Pipeline:
         """The quality levels by their names, with what the file claims of them."""
         return {one["name"]: one["claim"] and Claim(**one["claim"]) for one in self._about["tiers"]}
 
+    def govern(
+        self, ms: float | None, tiers: Sequence[str] = (), *, min_jod: float | None = None, display: str | None = None
+    ) -> None:
+        """Holds a budget of milliseconds from the next frame on, by the times that `report_frame_time` gets.
+
+        `tiers` are those that may be chosen, from the worst picture to the best. A tier that claims less than
+        `min_jod`, or nothing, is not chosen; 10 is no visible difference. `display` is that whose claims count, as the
+        program's `measure --display` names it; None is any. No `ms` keeps the present tier from now on, as does setting
+        `tier`.
+        """
+        self._native.govern(ms, list(tiers), min_jod, display)
+
+    def report_frame_time(self, ms: float, dt: float) -> str | None:
+        """Reports the milliseconds of the last frame, and the seconds since the frame before. The next frame may have
+        another tier: returns the reason of that change."""
+        return self._native.report_frame_time(ms, dt)
+
+    @property
+    def shortfall(self) -> str | None:
+        """The reason why the limits of `govern` are not held at present; None if they are."""
+        return self._native.shortfall()
+
     @property
     def facts(self) -> list[str]:
         """The names of the facts that `when` conditions ask for."""

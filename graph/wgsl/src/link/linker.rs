@@ -12,7 +12,7 @@ use super::names::choose_names;
 use super::resolve::{Roots, check, reach};
 use super::source_map::{GENERATED, SourceMap};
 use crate::error::{ShaderError, position};
-use crate::library::{FRAMEWORK, Library, Source, SourceFile};
+use crate::library::{FRAMEWORK, Library, SHARED, Source, SourceFile};
 use crate::limits::Limit;
 use crate::module::{Import, Module, Symbol};
 use crate::sample_mode::SampleMode;
@@ -314,6 +314,11 @@ fn unknown(library: Option<&Library>, path: &str) -> String {
         "" => {
             format!("an import names a file and what it declares, as in `import afterimage::color::luminance;`; {near}")
         }
+        path if path.starts_with(SHARED) && !known.iter().any(|known| known.starts_with(SHARED)) => format!(
+            "no shared file is called {}: the folder `lib` next to kinds is read where `--nodes` names the folder of \
+             both, or with `--allow`",
+            quote(path)
+        ),
         path => format!("no shared file is called {}; {near}", quote(path)),
     }
 }

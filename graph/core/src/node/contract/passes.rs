@@ -7,7 +7,8 @@ use super::names::{pascal, snake, stem};
 use super::recorded::Recorded;
 use super::violations::Violations;
 use crate::node::{
-    Arg, Drawing, ImageId, InputValue, KernelCall, NodeKind, Origin, Pass, PortType, Recording, Resource, Subresource,
+    Arg, BufferLife, Drawing, ImageId, InputValue, KernelCall, NodeKind, Origin, Pass, PortType, Recording, Resource,
+    Subresource,
 };
 use afterimage_base::image::Size;
 
@@ -25,6 +26,7 @@ pub(super) fn look(kind: &NodeKind, recorded: &Recorded, size: Size, violations:
             });
         }
         pixels(pass, recording, violations);
+        retained(pass, recording, violations);
         for shader in pass.shaders() {
             let stem = stem(shader.file());
             violations.require(snake(&pascal(stem)) == stem, || {
@@ -109,4 +111,21 @@ fn pixels(pass: &Pass, recording: &Recording, violations: &mut Violations) {
             recording.image(misfit.image).label
         ));
     }
+}
+
+/// A pass that runs after a change of its uniforms reads nothing that frames change.
+fn retained(pass: &Pass, recording: &Recording, violations: &mut Violations) {
+    let is_retained =
+        |resource: &Resource| resource.image().is_some_and(|i| recording.image(i).origin == Origin::Retained);
+    if !pass.writes().iter().any(is_retained) {
+        return;
+    }
+    let lasts = |resource: &Resource| match *resource {
+        Resource::Image(image) => matches!(recording.image(image).origin, Origin::Constant(_) | Origin::Retained),
+        Resource::Buffer(buffer) => matches!(recording.buffer(buffer).life, BufferLife::Constant(_)),
+    };
+    let is_of_frame = pass.args().any(|arg| matches!(arg, Arg::Frame | Arg::Block(_)));
+    violations.require(!is_of_frame && pass.reads().iter().all(lasts), || {
+        format!("the pass `{}` writes an image that is made once, and reads what each frame changes", pass.label)
+    });
 }

@@ -142,6 +142,13 @@ impl<'a> Recorder<'a> {
         self.resources.transient(name, desc, Signedness::Signed)
     }
 
+    /// An image of this node that is made in the first frame, and again after a change of the uniforms of the passes that
+    /// write it. They may read constants and images of this sort alone, and not the frame.
+    pub fn retained(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
+        let desc = self.stored(desc, false);
+        self.resources.retained(name, desc)
+    }
+
     /// An image that becomes a level of an output pyramid, or that is given to an output later.
     pub fn level(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
         let desc = self.stored(desc, true);

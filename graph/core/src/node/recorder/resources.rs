@@ -39,16 +39,25 @@ impl NodeResources<'_> {
     }
 
     pub(super) fn transient(&mut self, name: impl Display, desc: ImageDesc, signedness: Signedness) -> ImageId {
+        self.add_image(name, desc, signedness, Origin::Transient)
+    }
+
+    /// An image that is made after a change of uniforms.
+    pub(super) fn retained(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
+        self.add_image(name, desc, Signedness::Unsigned, Origin::Retained)
+    }
+
+    fn add_image(&mut self, name: impl Display, desc: ImageDesc, signedness: Signedness, origin: Origin) -> ImageId {
         let node = self.node;
         let is_same = |known: &VirtualImage| {
             (known.desc, known.signedness) == (desc, signedness)
-                && known.origin == Origin::Transient
+                && known.origin == origin
                 && is_label(&known.label, node, &name)
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
             return known;
         }
-        let (label, origin) = (self.label(name), Origin::Transient);
+        let label = self.label(name);
         self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness })
     }
 

@@ -1,29 +1,29 @@
-//! The samples of a frame, and the signals of red, green and blue (ITU-T H.273, 8.3).
+//! The samples of a frame of video, and the signals of red, green and blue (ITU-T H.273, 8.3).
 
 use rayon::prelude::*;
 
 /// The samples of a frame: three planes of full size. Those of RGB are green, blue and red.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// 8, or 10, 12 or 16, which take two bytes, the lower one first.
-    pub(super) bits: u32,
-    pub(super) is_rgb: bool,
+    pub(crate) bits: u32,
+    pub(crate) is_rgb: bool,
     /// True for the narrow range: of 8-bit codes, 16 is black and 235 is white.
-    pub(super) is_narrow: bool,
+    pub(crate) is_narrow: bool,
 }
 
 /// The weights of red and blue in luma.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Weights {
-    pub(super) red: f32,
-    pub(super) blue: f32,
+pub(crate) struct Weights {
+    pub(crate) red: f32,
+    pub(crate) blue: f32,
 }
 
 impl Weights {
-    pub(super) const BT601: Self = Self { red: 0.299, blue: 0.114 };
-    pub(super) const BT709: Self = Self { red: 0.2126, blue: 0.0722 };
-    pub(super) const BT2020: Self = Self { red: 0.2627, blue: 0.0593 };
-    pub(super) const SMPTE240: Self = Self { red: 0.212, blue: 0.087 };
+    pub(crate) const BT601: Self = Self { red: 0.299, blue: 0.114 };
+    pub(crate) const BT709: Self = Self { red: 0.2126, blue: 0.0722 };
+    pub(crate) const BT2020: Self = Self { red: 0.2627, blue: 0.0593 };
+    pub(crate) const SMPTE240: Self = Self { red: 0.212, blue: 0.087 };
 
     fn green(self) -> f32 {
         1.0 - self.red - self.blue
@@ -39,18 +39,18 @@ impl Layout {
     }
 
     /// Bytes of a frame of so many pixels.
-    pub(super) fn frame_bytes(self, pixels: usize) -> usize {
+    pub(crate) fn frame_bytes(self, pixels: usize) -> usize {
         3 * pixels * self.bytes()
     }
 
     /// The name of the format of samples for `ffmpeg`.
-    pub(super) fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         let base = if self.is_rgb { "gbrp" } else { "yuv444p" };
         if self.bits > 8 { format!("{base}{}le", self.bits) } else { base.to_owned() }
     }
 
     /// The code of the format of samples in a stream of raw frames.
-    pub(super) fn code(self) -> [u8; 4] {
+    pub(crate) fn code(self) -> [u8; 4] {
         [if self.is_rgb { b'G' } else { b'Y' }, b'3', 0, self.bits as u8]
     }
 
@@ -70,29 +70,30 @@ impl Layout {
         ((1_u32 << self.bits) - 1) as f32
     }
 
+    /// The signals of red, green and blue of the codes of a pixel.
+    pub(crate) fn rgb(self, codes: [f32; 3], weights: Weights) -> [f32; 3] {
+        let ((black, white), (gray, span)) = (self.luma(), self.chroma());
+        if self.is_rgb {
+            let [green, blue, red] = codes.map(|code| (code - black) / white);
+            return [red, green, blue];
+        }
+        let (luma, cb, cr) = ((codes[0] - black) / white, (codes[1] - gray) / span, (codes[2] - gray) / span);
+        let red = luma + 2.0 * (1.0 - weights.red) * cr;
+        let blue = luma + 2.0 * (1.0 - weights.blue) * cb;
+        [red, (luma - weights.red * red - weights.blue * blue) / weights.green(), blue]
+    }
+
     /// The signals of a frame, with an alpha of 1. `finish` goes over pixels that are ready.
-    pub(super) fn signals(self, frame: &[u8], weights: Weights, finish: impl Fn(&mut [f32]) + Sync) -> Vec<f32> {
+    pub(crate) fn signals(self, frame: &[u8], weights: Weights, finish: impl Fn(&mut [f32]) + Sync) -> Vec<f32> {
         let plane = frame.len() / 3;
         let mut pixels = vec![1.0; 4 * plane / self.bytes()];
         let code = |plane_index: usize, pixel: usize| {
             let at = plane_index * plane + pixel * self.bytes();
             f32::from(if self.bits > 8 { u16::from_le_bytes([frame[at], frame[at + 1]]) } else { frame[at].into() })
         };
-        let ((black, white), (gray, span)) = (self.luma(), self.chroma());
         pixels.par_chunks_mut(4 * GROUP).enumerate().for_each(|(group, out)| {
             for (pixel, out) in (group * GROUP..).zip(out.as_chunks_mut::<4>().0) {
-                let codes = [0, 1, 2].map(|plane| code(plane, pixel));
-                let [red, green, blue] = if self.is_rgb {
-                    let [green, blue, red] = codes.map(|code| (code - black) / white);
-                    [red, green, blue]
-                } else {
-                    let (luma, cb, cr) =
-                        ((codes[0] - black) / white, (codes[1] - gray) / span, (codes[2] - gray) / span);
-                    let red = luma + 2.0 * (1.0 - weights.red) * cr;
-                    let blue = luma + 2.0 * (1.0 - weights.blue) * cb;
-                    [red, (luma - weights.red * red - weights.blue * blue) / weights.green(), blue]
-                };
-                out[..3].copy_from_slice(&[red, green, blue]);
+                out[..3].copy_from_slice(&self.rgb([0, 1, 2].map(|plane| code(plane, pixel)), weights));
             }
             finish(out);
         });
@@ -100,7 +101,7 @@ impl Layout {
     }
 
     /// The frame of signals, which are limited to 0 to 1.
-    pub(super) fn frame(self, pixels: &[[f32; 4]], weights: Weights) -> Vec<u8> {
+    pub(crate) fn frame(self, pixels: &[[f32; 4]], weights: Weights) -> Vec<u8> {
         let mut frame = vec![0; self.frame_bytes(pixels.len())];
         let plane = frame.len() / 3;
         let ((black, white), (gray, span)) = (self.luma(), self.chroma());

@@ -1,0 +1,93 @@
+"""Writes AVIF and JPEG XL files with libavif and libjxl, which `render` reads, and compares codes with those that their
+own decoders give back: stills.py PROGRAM FOLDER. The program has the features `avif` and `jxl`."""
+
+import os
+import subprocess
+import sys
+
+import imagecodecs
+import numpy
+import OpenEXR
+
+PIPELINE = """Pipeline(inputs: { "in": Color(alpha: Coverage) }, nodes: { "same": Exposure(source: "in", stops: 0.0) }, outputs: { "light": "same" })"""
+TO_XYZ = {  # ITU-R BT.709, SMPTE EG 432-1, ITU-R BT.2020
+    1: [[0.412391, 0.357584, 0.180481], [0.212639, 0.715169, 0.072192], [0.019331, 0.119195, 0.950532]],
+    12: [[0.486571, 0.265668, 0.198217], [0.228975, 0.691739, 0.079287], [0.0, 0.045113, 1.043944]],
+    9: [[0.636958, 0.144617, 0.168881], [0.262700, 0.677998, 0.059302], [0.0, 0.028073, 1.060985]],
+}
+failed = []
+
+
+def check(what, is_right):
+    print(f"{'good' if is_right else 'WRONG'}: {what}")
+    if not is_right:
+        failed.append(what)
+
+
+def light(program, name):
+    words = [program, "render", "same.ron", name, "-o", "out.exr", "--depth=32"]
+    subprocess.run(words, check=True, capture_output=True)
+    channels = OpenEXR.File("out.exr").channels()
+    return next(iter(channels.values())).pixels.astype("f8")
+
+
+def signals(light, primaries, transfer):
+    """Signals of light in Rec.709."""
+    light = light @ (numpy.linalg.inv(TO_XYZ[primaries]) @ TO_XYZ[1]).T
+    if transfer == 13:
+        light = numpy.clip(light, 0, 1)
+        return numpy.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    power = numpy.clip(light * 203 / 10000, 0, 1) ** 0.1593017578125
+    return ((0.8359375 + 18.8515625 * power) / (1 + 18.6875 * power)) ** 78.84375
+
+
+def picture(random, bits, size):
+    """Smooth colors with some noise: halved planes of color show them, too."""
+    y, x = numpy.mgrid[0:size[1], 0:size[0]] / 40
+    waves = numpy.stack([numpy.sin(x), numpy.cos(y), numpy.sin(x + y)], -1) * 0.3 + 0.5
+    noise = random.integers(-4, 5, waves.shape) * 2 ** (bits - 8)
+    return numpy.clip(waves * (2**bits - 1) + noise, 0, 2**bits - 1).astype("u1" if bits == 8 else "u2")
+
+
+def avif(program, random):
+    for bits in [8, 10, 12]:
+        for layout in ["444", "422", "420", "400"]:
+            for primaries, transfer, matrix in [(1, 13, 1), (12, 13, 6), (9, 16, 9), (1, 13, 0)]:
+                if matrix == 0 and layout != "444":
+                    continue
+                for size in [(64, 36), (37, 21)]:
+                    codes = picture(random, bits, size)
+                    file = imagecodecs.avif_encode(codes, level=95, speed=8, bitspersample=bits, pixelformat=layout,
+                                                   primaries=primaries, transfer=transfer, matrix=matrix)
+                    with open("in.avif", "wb") as out:
+                        out.write(file)
+                    theirs = imagecodecs.avif_decode(file)[..., :3].reshape(*codes.shape[:2], -1).astype("f8")
+                    ours = signals(light(program, "in.avif")[..., :3], primaries, transfer) * (2**bits - 1)
+                    error = numpy.abs(ours - theirs).max()
+                    check(f"AVIF of {bits} bits, {layout}, {primaries}/{transfer}/{matrix}, {size}: {error:.2f} codes", error < 2.1)
+
+
+def jxl(program, random):
+    for bits in [8, 16]:
+        codes = picture(random, bits, (37, 21))
+        file = imagecodecs.jpegxl_encode(codes, lossless=True)
+        with open("in.jxl", "wb") as out:
+            out.write(file)
+        ours = signals(light(program, "in.jxl")[..., :3], 1, 13) * (2**bits - 1)
+        error = numpy.abs(ours - imagecodecs.jpegxl_decode(file)).max() / 2 ** (bits - 8)
+        check(f"JPEG XL of {bits} bits: {error:.3f} codes of 8 bits", error < 0.02)
+
+
+def main(program, folder):
+    os.makedirs(folder, exist_ok=True)
+    os.chdir(folder)
+    with open("same.ron", "w") as file:
+        file.write(PIPELINE)
+    random = numpy.random.default_rng(1)
+    avif(program, random)
+    jxl(program, random)
+    if failed:
+        sys.exit(f"{len(failed)} wrong")
+
+
+main(*sys.argv[1:])
