@@ -96,7 +96,7 @@ key d; shot difference; far wipe difference
 key r
 echo "a wire is clicked, and the result comes back"
 # The output `result` of the second node, in the graph below.
-xdotool mousemove --window "$window" 416 636 click 1
+xdotool mousemove --window "$window" 375 636 click 1
 shot wire; far mended wire
 key Escape; shot result; near mended result
 echo "exported"

@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{Gpu, Opening, wgpu};
-use afterimage_graph::check::{Change, Loader as _, Saver};
+use afterimage_graph::check::{Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{Registry, folder_kind_sharing};
@@ -24,7 +24,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::FileWatch;
 use afterimage_pipelines::BuiltIn;
 use afterimage_view::{
-    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Scene, Target, TextProject, UiRenderer, saved,
+    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Scene, Target, TextProject, UiRenderer,
 };
 
 const WINDOW: [u32; 2] = [1280, 720];
@@ -118,14 +118,9 @@ impl Project for Written {
         self.forget(&changed);
         !changed.is_empty()
     }
-    fn saved(
-        &self,
-        text: &str,
-        tier: Option<&str>,
-        new_tier: Option<&str>,
-        changes: &[Change],
-    ) -> Result<String, Diagnostics> {
-        saved(&Saver::new("look.ron", text, &self.registry()?, &BuiltIn)?, tier, new_tier, changes)
+    fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics> {
+        ask(&Saver::new("look.ron", text, &self.registry()?, &BuiltIn)?);
+        Ok(())
     }
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
         BuiltIn.load(path)

@@ -2,6 +2,7 @@
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod files;
+mod gestures;
 mod inputs;
 mod model;
 mod screen;

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::support::{Window, of, parameter, render, settle};
-use afterimage_graph::check::Change;
+use afterimage_graph::check::Saver;
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics};
 use afterimage_graph::value::Value;
 use afterimage_view::{
@@ -49,14 +49,8 @@ impl Project for Shared {
         before != self.seen
     }
 
-    fn saved(
-        &self,
-        text: &str,
-        tier: Option<&str>,
-        new_tier: Option<&str>,
-        changes: &[Change],
-    ) -> Result<String, Diagnostics> {
-        self.inner.saved(text, tier, new_tier, changes)
+    fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics> {
+        self.inner.with_saver(text, ask)
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage::host::LIBRARY;
-use afterimage_graph::check::{Change, Loader as _, Saver};
+use afterimage_graph::check::{Loader as _, Saver};
 use afterimage_graph::diagnostic::{Diagnostics, shown};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{FileWatch, rewrite};
-use afterimage_view::{Checked, NamedFile, Project, Wake, saved};
+use afterimage_view::{Checked, NamedFile, Project, Wake};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
@@ -104,16 +104,10 @@ impl Project for FileProject {
         !changed.is_empty()
     }
 
-    fn saved(
-        &self,
-        text: &str,
-        tier: Option<&str>,
-        new_tier: Option<&str>,
-        changes: &[Change],
-    ) -> Result<String, Diagnostics> {
+    fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics> {
         let (registry, files) = (self.read_kinds().map_err(Failure::into_diagnostics)?, self.files_of_pipeline());
-        let saver = Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?;
-        saved(&saver, tier, new_tier, changes)
+        ask(&Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?);
+        Ok(())
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {

@@ -10,10 +10,10 @@ use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 use afterimage_base::image::ColorState;
 
 /// The parts of a wire's text.
-struct WireText<'a> {
-    node: &'a str,
-    port: Option<&'a str>,
-    previous: u32,
+pub(super) struct WireText<'a> {
+    pub(super) node: &'a str,
+    pub(super) port: Option<&'a str>,
+    pub(super) previous: u32,
 }
 
 /// A wire followed to its source.
@@ -260,7 +260,7 @@ fn too_far_back() -> Diagnostic {
 const EXPECTED_FORM: &str = "a wire is `\"node\"`, `\"node.port\"`, `\"node@previous\"` or `\"node.port@previous:2\"`";
 
 impl<'a> WireText<'a> {
-    fn parse(text: &'a str) -> Result<Self, (String, String)> {
+    pub(super) fn parse(text: &'a str) -> Result<Self, (String, String)> {
         let wrong = |message: String| Err((message, EXPECTED_FORM.to_owned()));
         let (path, time) = text.split_once('@').map_or((text, None), |(path, time)| (path, Some(time)));
         let (node, port) = path.split_once('.').map_or((path, None), |(node, port)| (node, Some(port)));

@@ -64,7 +64,7 @@ pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use loaded_files::LoadedFiles;
 pub use options::{CheckOptions, Loader, NoFiles};
-pub use save::{Change, Saver};
+pub use save::{Candidate, Change, Edit, Reader, Saver};
 pub use suggest::kinds_about;
 
 use agree::Agreement;
@@ -108,30 +108,40 @@ impl<'a> Checker<'a> {
     /// # Errors
     /// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
     pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Diagnostics> {
-        let mut expansion = Expansion::new(self.registry, &self.files, self.document.problems.clone());
-        let document = expansion.fields.inherited(self.document);
-        expansion.check_claims(&document);
-        let document = expansion.tier(document, tier);
-        expansion.expand_top(&document);
-        expansion.command_line(sets);
-        expansion.change();
-        let Expansion { mut drafted, fields: FieldReader { mut reports, .. }, .. } = expansion;
-        drafted.report_long_conditions(&mut reports);
-        let instances = drafted.instances(&mut reports);
-        Connector { drafted: &mut drafted, reports: &mut reports }.connect();
-        drafted.find_states();
-        Agreement { registry: self.registry, drafted: &drafted, reports: &mut reports }.agree();
-        drafted.order(&mut reports);
-        drafted.report_unneeded(&mut reports);
-        if reports.diagnostics.has_errors() {
-            return Err(reports.diagnostics.sorted());
-        }
-        let graph = drafted.graph(self.registry, instances);
-        drafted.agree_on_colors(&graph, &mut reports);
-        drafted.agree_on_displays(&graph, &mut reports);
-        let diagnostics = reports.diagnostics.sorted();
-        if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
+        check_with(self.document, self.registry, &self.files, (tier, sets))
     }
+}
+
+/// Makes a graph of a document at a tier, with overrides: see [`Checker::check`].
+fn check_with(
+    document: &Document,
+    registry: &Registry,
+    files: &Files<'_>,
+    (tier, sets): (Option<&str>, &[(String, String)]),
+) -> Result<(Graph, Diagnostics), Diagnostics> {
+    let mut expansion = Expansion::new(registry, files, document.problems.clone());
+    let document = expansion.fields.inherited(document);
+    expansion.check_claims(&document);
+    let document = expansion.tier(document, tier);
+    expansion.expand_top(&document);
+    expansion.command_line(sets);
+    expansion.change();
+    let Expansion { mut drafted, fields: FieldReader { mut reports, .. }, .. } = expansion;
+    drafted.report_long_conditions(&mut reports);
+    let instances = drafted.instances(&mut reports);
+    Connector { drafted: &mut drafted, reports: &mut reports }.connect();
+    drafted.find_states();
+    Agreement { registry, drafted: &drafted, reports: &mut reports }.agree();
+    drafted.order(&mut reports);
+    drafted.report_unneeded(&mut reports);
+    if reports.diagnostics.has_errors() {
+        return Err(reports.diagnostics.sorted());
+    }
+    let graph = drafted.graph(registry, instances);
+    drafted.agree_on_colors(&graph, &mut reports);
+    drafted.agree_on_displays(&graph, &mut reports);
+    let diagnostics = reports.diagnostics.sorted();
+    if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
 }
 
 /// Makes a graph of a document: [`Checker::check`] for a single check.

@@ -41,7 +41,7 @@ pub(crate) fn with_override(text: &str, tier: Option<&str>, key: &str, value: &s
 }
 
 /// The text with an entry in the map at a path of names. Maps that are not there are added with it.
-fn with_entry(text: &str, path: &[&str], entry: &str) -> String {
+pub(crate) fn with_entry(text: &str, path: &[&str], entry: &str) -> String {
     let (place, found) = map_at(&tree(text), path);
     // Names of sections are words, and those in sections are texts.
     let name = |(depth, name): (usize, &&str)| if depth == 0 { (*name).to_owned() } else { format!("{name:?}") };
@@ -49,12 +49,17 @@ fn with_entry(text: &str, path: &[&str], entry: &str) -> String {
     Layout::new(text).insert(place, &missing, entry)
 }
 
-fn tree(text: &str) -> Item {
+/// Returns whether the pipeline has a section.
+pub(crate) fn has_section(text: &str, section: &str) -> bool {
+    map_at(&tree(text), &[section]).1 == 1
+}
+
+pub(super) fn tree(text: &str) -> Item {
     read(&Arc::from(""), text).tree
 }
 
 /// The first byte of the innermost map at a path of names that is there, and how many of the names lead to it.
-fn map_at(tree: &Item, path: &[&str]) -> (usize, usize) {
+pub(super) fn map_at(tree: &Item, path: &[&str]) -> (usize, usize) {
     let mut item = tree;
     for (depth, name) in path.iter().enumerate() {
         let is_named = |key: &Item| matches!(&key.value, Tree::Text(text) if text == name);
@@ -78,9 +83,9 @@ fn tokens(text: &str) -> Vec<Token> {
 }
 
 /// A text with its tokens, and how entries are laid out in it.
-struct Layout<'a> {
-    text: &'a str,
-    tokens: Vec<Token>,
+pub(super) struct Layout<'a> {
+    pub(super) text: &'a str,
+    pub(super) tokens: Vec<Token>,
     /// The additional indentation of a level of brackets.
     unit: &'a str,
     line_end: &'static str,
@@ -92,7 +97,7 @@ struct Layout<'a> {
 const UNIT: &str = "    ";
 
 impl<'a> Layout<'a> {
-    fn new(text: &'a str) -> Self {
+    pub(super) fn new(text: &'a str) -> Self {
         let mut layout = Self { text, tokens: tokens(text), unit: UNIT, line_end: "\n", is_on_lines: false };
         let Some((open, close)) = layout.brackets(tree(text).location.start) else { return layout };
         let close = layout.tokens[close];
@@ -105,7 +110,7 @@ impl<'a> Layout<'a> {
     }
 
     /// The tokens of the brackets of what begins at a byte: they are there, or after one name.
-    fn brackets(&self, start: usize) -> Option<(usize, usize)> {
+    pub(super) fn brackets(&self, start: usize) -> Option<(usize, usize)> {
         let first = self.tokens.partition_point(|token| token.start < start);
         let is_open = |index: &usize| matches!(self.tokens.get(*index).map(|t| t.kind), Some(Kind::Open(_)));
         let open = [first, first + 1].into_iter().find(is_open)?;
@@ -122,12 +127,12 @@ impl<'a> Layout<'a> {
     }
 
     /// Returns whether there is only space before the token on its line, so that lines can be inserted before it.
-    fn begins_line(&self, token: &Token) -> bool {
+    pub(super) fn begins_line(&self, token: &Token) -> bool {
         token.line > 0 && self.text[token.line..token.start].trim().is_empty()
     }
 
     /// The space that the token's line begins with.
-    fn indent(&self, token: &Token) -> &'a str {
+    pub(super) fn indent(&self, token: &Token) -> &'a str {
         let line = &self.text[token.line..token.start];
         &line[..line.find(|c| c != ' ' && c != '\t').unwrap_or(line.len())]
     }

@@ -1,5 +1,6 @@
 //! Entries of the sections of a pipeline file.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::claim::Claim;
@@ -81,6 +82,14 @@ pub struct NodeEntry {
     pub kind: Spanned<String>,
     /// Ports, parameters and what every node takes, in the order of the file; a name may occur twice.
     pub(crate) fields: Group<Field>,
+}
+
+impl NodeEntry {
+    /// The bytes from its name to its last field.
+    pub fn span(&self) -> Range<usize> {
+        let ends = self.fields.entries.iter().map(|(_, item)| item.location.end);
+        self.name.location.start..ends.chain([self.kind.location.end]).max().unwrap_or(self.kind.location.end)
+    }
 }
 
 /// A change to a node: `"mips.levels": 3` or `"local": Off`.

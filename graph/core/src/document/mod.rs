@@ -43,6 +43,7 @@ mod bracket;
 mod claim;
 pub(crate) mod edit;
 mod entries;
+pub(crate) mod entry;
 mod input_options;
 mod literal;
 mod output;

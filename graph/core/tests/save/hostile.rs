@@ -3,7 +3,8 @@
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-use afterimage_graph::check::{Change, Checker, Saver};
+use afterimage_graph::check::{Change, Checker, Edit, Graph, Reader, Saver};
+use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::value::Value;
 
@@ -27,6 +28,11 @@ fn save(text: &str, choice: usize) -> usize {
     let name = "a \"new\" tier\\\n";
     let changes = std::slice::from_ref(&wanted);
     let results = [(tier, saver.save(tier, changes)), (Some(name), saver.save_as_tier(name, tier, changes))];
+    let edited = saver.edit(tier, &edit(&graph, choice));
+    match edited {
+        Ok(text) => drop(folder.graph(&text, tier)),
+        Err(errors) => assert_told(&errors, text),
+    }
     let mut saved = 0;
     for (tier, result) in results {
         match result {
@@ -34,13 +40,30 @@ fn save(text: &str, choice: usize) -> usize {
                 assert_holds(&text, tier, &wanted);
                 saved += 1;
             }
-            Err(errors) => {
-                let is_told = |code: &str, labels: usize| code != "not-saved" && labels > 0;
-                assert!(errors.iter().all(|error| is_told(error.code, error.labels.len())), "{errors}\n{text}");
-            }
+            Err(errors) => assert_told(&errors, text),
         }
     }
     saved
+}
+
+/// An edit of a node that a number chooses.
+fn edit(graph: &Graph, choice: usize) -> Edit {
+    let node = graph.nodes[choice % graph.nodes.len()].clone();
+    let name = "a \"new\" \\name".to_owned();
+    let port = node.kind().inputs().first().map_or("source", |input| &*input.name);
+    let reader = Reader::input(&node.name, port);
+    match choice / graph.nodes.len() % 5 {
+        0 => Edit::Remove { node: node.name },
+        1 => Edit::Rename { node: node.name, name },
+        2 => Edit::Insert { kind: "Vignette".into(), name, reader },
+        3 => Edit::Connect { reader, wire: Some(format!("{}@previous", graph.nodes[0].name)) },
+        _ => Edit::SwitchAtTier { node: node.name, on: Some(node.off) },
+    }
+}
+
+fn assert_told(errors: &Diagnostics, text: &str) {
+    let is_told = |code: &str, labels: usize| code != "not-saved" && labels > 0;
+    assert!(errors.iter().all(|error| is_told(error.code, error.labels.len())), "{errors}\n{text}");
 }
 
 fn assert_holds(saved: &str, tier: Option<&str>, wanted: &Change) {

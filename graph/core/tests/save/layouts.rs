@@ -36,7 +36,7 @@ pub(super) fn folder() -> Folder {
 }
 
 /// The tokens of a text with other gaps between them, and commas before closing brackets.
-fn laid_out(text: &str, gaps: &[u8], end: &str) -> String {
+pub(super) fn laid_out(text: &str, gaps: &[u8], end: &str) -> String {
     const GAPS: [&str; 9] =
         ["", "", " ", "\n", "\n    ", " /* a, \"b\" { ( */ ", "// c: 1, (\n", "\n\t// d\n\t", "\n        "];
     let words: Vec<&str> = tokens(text).into_iter().filter(|token| !token.trim().is_empty()).collect();

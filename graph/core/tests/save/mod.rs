@@ -1,9 +1,11 @@
 //! Changed values are written into the text of a file, and nothing else of it changes.
 
 mod cases;
+mod gestures;
 mod hostile;
 mod layouts;
 mod shipped;
+mod structure;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};

@@ -15,7 +15,7 @@ fn folder() -> PathBuf {
 const OTHER_LOOK: &str = "LUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 0.9 1\n";
 
 /// The shipped pipelines and the files that they may name.
-fn shipped() -> (Folder, Vec<(String, String)>) {
+pub(super) fn shipped() -> (Folder, Vec<(String, String)>) {
     let mut files = Folder::default();
     let mut pipelines = Vec::new();
     for place in [folder(), folder().join("looks")] {

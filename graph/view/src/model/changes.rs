@@ -154,6 +154,22 @@ impl Changes {
         }
     }
 
+    /// Replaces the text after an edit of the graph, in one step. `name_after` gives the names of parameters and nodes
+    /// after it; `None` if they are gone, with their changed values.
+    pub fn edit_graph(&mut self, text: &str, name_after: impl Fn(&str) -> Option<String>) {
+        self.begin_step();
+        self.present.text = text.into();
+        let kept = std::mem::take(&mut self.present.values).into_iter().filter_map(|(target, value)| {
+            let name = name_after(target.name())?;
+            let target = match target {
+                Target::Parameter(_) => Target::Parameter(name),
+                Target::Node(_) => Target::Node(name),
+            };
+            Some((target, value))
+        });
+        self.present.values = kept.collect();
+    }
+
     /// Takes back the values of these targets in one step.
     pub fn revert(&mut self, targets: &[Target]) {
         self.begin_step();

@@ -1,10 +1,14 @@
 //! The text of a pipeline with the user's unsaved changes, its stored file, and its last valid graph.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Graph};
+use afterimage_graph::check::{Change, Graph, Saver};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::document::{parse, without_mark};
 use afterimage_graph::value::{FileValue, Value};
 
+use super::project::ask_saver;
 use super::{Changes, Checked, CompareWith, NamedFile, Project, Target, TextProject};
 use crate::Problem;
 
@@ -108,6 +112,15 @@ impl Editor {
             }
         }
         Some(graph)
+    }
+
+    /// The lines of the text, counted from 1, in which the file writes a node.
+    pub fn lines_of(&self, node: &str) -> Option<RangeInclusive<usize>> {
+        let document = parse(&self.project.name(), self.text()).ok()?;
+        let span = document.nodes.iter().find(|entry| entry.name.value == node)?.span();
+        let text = without_mark(self.text());
+        let line = |at: usize| text[..at].matches('\n').count() + 1;
+        Some(line(span.start)..=line(span.end))
     }
 
     /// The conflict that the user has to resolve before anything can be saved.
@@ -250,7 +263,15 @@ impl Editor {
 
     fn with_values(&self, new_tier: Option<&str>) -> Result<String, Problem> {
         let values: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
-        self.project.saved(self.text(), self.tier(), new_tier, &values).map_err(Problem::Pipeline)
+        self.ask(|saver| match new_tier {
+            None => saver.save(self.tier(), &values),
+            Some(new) => saver.save_as_tier(new, self.tier(), &values),
+        })
+    }
+
+    /// The answer of what writes changes and edits into the text.
+    pub(super) fn ask<T>(&self, ask: impl FnOnce(&Saver<'_>) -> Result<T, Diagnostics>) -> Result<T, Problem> {
+        ask_saver(&*self.project, self.text(), ask).map_err(Problem::Pipeline)
     }
 
     fn note_saved(&mut self, text: &str, new_tier: Option<&str>) {

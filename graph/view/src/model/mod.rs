@@ -6,6 +6,7 @@ mod comparison;
 mod editor;
 mod fault_count;
 mod frame_images;
+mod graph_edits;
 mod image_files;
 mod images;
 mod inspector;
@@ -29,7 +30,7 @@ pub use images::{Images, Scene};
 pub(crate) use inspector::belongs;
 pub use inspector::{InspectedImage, InspectedWire, Inspector};
 pub use instance::{Moment, PipelineInstance, PlanPreset};
-pub use project::{Checked, NamedFile, Project, Store, TextProject, saved};
+pub use project::{Checked, NamedFile, Project, Store, TextProject};
 
 use crate::Problem;
 use instances::Instances;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver, Source};
+use afterimage_graph::check::{Checker, Graph, Loader, Saver, Source};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{Claim, parse};
 use afterimage_graph::image::ColorState;
@@ -31,18 +31,11 @@ pub trait Project {
     /// True if the stored text, or a file that the last [`check`](Self::check) has read, is different now.
     fn has_changed(&mut self) -> bool;
 
-    /// The text with changed values in it; everything else stays as it is. `new_tier` puts them into a tier of that
-    /// name.
+    /// Calls back once with what writes changes and edits into a text of it.
     ///
     /// # Errors
-    /// The values cannot be written.
-    fn saved(
-        &self,
-        text: &str,
-        tier: Option<&str>,
-        new_tier: Option<&str>,
-        changes: &[Change],
-    ) -> Result<String, Diagnostics>;
+    /// The text has syntax errors, or the kinds cannot be read. Nothing is called then.
+    fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics>;
 
     /// The bytes of a file that the pipeline may name.
     ///
@@ -130,20 +123,18 @@ impl Checked {
     }
 }
 
-/// The text of a pipeline with changes in it: see [`Project::saved`].
+/// The answer of what writes changes and edits into a text of a project.
 ///
 /// # Errors
-/// The values cannot be written.
-pub fn saved(
-    saver: &Saver<'_>,
-    tier: Option<&str>,
-    new_tier: Option<&str>,
-    changes: &[Change],
-) -> Result<String, Diagnostics> {
-    match new_tier {
-        None => saver.save(tier, changes),
-        Some(new) => saver.save_as_tier(new, tier, changes),
-    }
+/// The text has errors, or the question has.
+pub(super) fn ask_saver<T>(
+    project: &dyn Project,
+    text: &str,
+    ask: impl FnOnce(&Saver<'_>) -> Result<T, Diagnostics>,
+) -> Result<T, Diagnostics> {
+    let (mut ask, mut answer) = (Some(ask), None);
+    project.with_saver(text, &mut |saver| answer = ask.take().map(|ask| ask(saver)))?;
+    answer.expect("a project calls back once")
 }
 
 /// A pipeline that lies in memory: a built-in one, or a text that was pasted. It has no place to be written to, unless
@@ -216,14 +207,9 @@ impl Project for TextProject {
         false
     }
 
-    fn saved(
-        &self,
-        text: &str,
-        tier: Option<&str>,
-        new_tier: Option<&str>,
-        changes: &[Change],
-    ) -> Result<String, Diagnostics> {
-        saved(&Saver::new(&self.name, text, &self.registry, &BuiltIn)?, tier, new_tier, changes)
+    fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics> {
+        ask(&Saver::new(&self.name, text, &self.registry, &BuiltIn)?);
+        Ok(())
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {

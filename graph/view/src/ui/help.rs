@@ -17,6 +17,10 @@ const KEYS: &[(&str, &str)] = &[
     ("G, T, K, M", "the tabs Graph, Text, Cost and Messages"),
     ("H", "the picture alone, without panels"),
     ("Esc", "from an intermediate image back to the result"),
+    ("in the graph", "arrows select a node, Enter shows its result, Space opens its menu"),
+    ("F2, Del, D, I, A", "there: rename, delete, disable, insert before it, add a node"),
+    ("Shift while a wire is dragged", "it is that of the frame before; Esc lets it go"),
+    ("Ctrl+F", "find in the text, while its tab is open"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S", "save"),
     ("Ctrl+E", "export the picture as PNG"),
@@ -38,6 +42,9 @@ pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
         ui.label("Letters are commands while the picture has the focus: after a click on it, or Esc.");
         ui.label("A name in the parameters: a double click goes back to the value of the file.");
         ui.label("“new plan” after a control: the old picture stays until the plan is ready.");
-        ui.label("An output in the graph: a click shows what it carries; a second click goes back.");
+        ui.label("An output in the graph: a click shows what it carries; a second click goes back; a drag wires it.");
+        ui.label(
+            "A wire in the graph: a click lists the nodes that fit on it. The right button opens the menu of a node.",
+        );
     });
 }

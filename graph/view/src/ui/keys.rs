@@ -2,6 +2,7 @@
 
 use egui::{Context, Event, Key, Modifiers, Popup};
 
+use super::graph::GraphPanel;
 use super::picture::{Comparison, PictureView};
 use super::text::TextPanel;
 use super::{ExportKind, Tab, Viewer};
@@ -18,12 +19,15 @@ impl Viewer {
         if pressed(Modifiers::COMMAND, Key::E) {
             self.export(ExportKind::Picture);
         }
+        if self.tabs.open == Some(Tab::Text) && pressed(Modifiers::COMMAND, Key::F) {
+            self.text.open_find();
+        }
         release_field(ctx);
         if pressed(Modifiers::NONE, Key::F1) {
             self.shows_help = !self.shows_help;
         }
-        // The text and the controls have one history; other fields have their own.
-        if !ctx.egui_wants_keyboard_input() || TextPanel::has_focus(ctx) {
+        // The text, the graph and the controls have one history; other fields have their own.
+        if !ctx.egui_wants_keyboard_input() || TextPanel::has_focus(ctx) || GraphPanel::has_focus(ctx) {
             if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
                 self.redo();
             }
@@ -32,7 +36,8 @@ impl Viewer {
             }
         }
         // A field, a button that Tab has reached, a menu or a question gets the keys.
-        let is_taken = ctx.egui_wants_keyboard_input() || Popup::is_any_open(ctx) || self.asks();
+        let is_taken =
+            ctx.egui_wants_keyboard_input() || Popup::is_any_open(ctx) || self.asks() || self.graph.is_busy();
         if is_taken {
             return;
         }

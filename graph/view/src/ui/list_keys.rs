@@ -5,6 +5,11 @@ use egui::{Event, EventFilter, Key, Response, Ui};
 /// Lets keys choose among the entries of an open list: arrows go to the next one, a letter to the next one that begins
 /// with it, and Enter takes it. The list opens at `present`. Returns the entry that was taken.
 pub(super) fn choose_by_keys(ui: &Ui, entries: &[(Response, &str)], present: usize) -> Option<usize> {
+    // The entry that had the focus loses it to a click.
+    if let Some(taken) = entries.iter().position(|(entry, _)| entry.clicked()) {
+        ui.close();
+        return Some(taken);
+    }
     let Some(focused) = entries.iter().position(|(entry, _)| entry.has_focus()) else {
         entries.get(present).or(entries.first())?.0.request_focus();
         return None;
@@ -32,7 +37,5 @@ pub(super) fn choose_by_keys(ui: &Ui, entries: &[(Response, &str)], present: usi
         entries[next].0.request_focus();
         entries[next].0.scroll_to_me(None);
     }
-    let taken = entries.iter().position(|(entry, _)| entry.clicked())?;
-    ui.close();
-    Some(taken)
+    None
 }

@@ -17,8 +17,10 @@ mod picture;
 mod pixel_inspector;
 mod save_dialogs;
 mod scopes;
+mod selection;
 mod tabs;
 mod text;
+mod text_find;
 mod theme;
 mod toolbar;
 mod wire_bar;
@@ -162,6 +164,7 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
+        self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
         let asked = || self.inputs.ask(ui.ctx(), &mut self.model).map(|told| told.unwrap_or_else(|problem| problem));
@@ -313,7 +316,14 @@ impl Viewer {
     fn show_parameters(&mut self, ui: &mut Ui) {
         self.take_focus_by_press(ui);
         let has_paths = self.save_dialogs.has_paths();
-        self.parameters.show(ui, &mut self.model, |ui, model| self.inputs.show(ui, model, has_paths));
+        let selected = self.graph.selected();
+        let chosen = self.parameters.show(ui, &mut self.model, selected, |ui, model| {
+            self.inputs.show(ui, model, has_paths);
+        });
+        if chosen.is_some() {
+            self.graph.select(chosen);
+            self.follow_selection();
+        }
     }
 
     fn tab_content(&mut self, ui: &mut Ui, tab: Tab) {
@@ -321,7 +331,7 @@ impl Viewer {
         match tab {
             Tab::Parameters => self.show_parameters(ui),
             Tab::Scopes => self.right_panel(ui),
-            Tab::Graph => self.graph.show(ui, &mut self.model),
+            Tab::Graph => self.show_graph(ui),
             Tab::Text => self.show_text(ui),
             Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
@@ -346,13 +356,16 @@ impl Viewer {
                 }
             });
         }
-        self.text.show(ui, &mut self.model);
+        self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
     fn tab_bar(&mut self, ui: &mut Ui) {
         let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
             self.tabs.show(ui, has_problem || self.save_dialogs.error().is_some());
+            if self.tabs.open == Some(Tab::Graph) && !self.tabs.is_narrow() {
+                self.add_button(ui);
+            }
             if has_problem && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());

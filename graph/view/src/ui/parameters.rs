@@ -15,17 +15,33 @@ pub(super) struct Parameters {
     search: String,
     /// Only changed parameters are shown.
     only_changed: bool,
+    /// The node to which the panel goes.
+    goal: Option<String>,
 }
 
 /// An action of the user in the panel.
 enum PanelAction {
     Set(Target, Option<Value>),
     Release,
+    /// A node is selected.
+    Select(String),
 }
 
 impl Parameters {
-    /// Shows the panel, with the group of inputs, and applies what the user changes.
-    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, inputs: impl FnOnce(&mut Ui, &mut Model)) {
+    /// Goes to the parameters of a node, and opens them.
+    pub(super) fn reveal(&mut self, node: String) {
+        self.goal = Some(node);
+    }
+
+    /// Shows the panel, with the group of inputs, and applies what the user changes. `selected` is the node that is
+    /// pointed out. Returns the node that the user selects.
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        model: &mut Model,
+        selected: Option<&str>,
+        inputs: impl FnOnce(&mut Ui, &mut Model),
+    ) -> Option<String> {
         ui.horizontal(|ui| {
             let search =
                 egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
@@ -36,8 +52,9 @@ impl Parameters {
         ui.separator();
         let Some(graph) = model.editor().graph().cloned() else {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
-            return;
+            return None;
         };
+        let mut chosen = None;
         note_errors(ui, model);
         // Rows that are wider than the panel are scrolled: they do not widen it, which would move the picture.
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
@@ -45,8 +62,9 @@ impl Parameters {
             facts(ui, model, &graph);
             let mut actions = Vec::new();
             for index in 0..graph.nodes.len() {
-                self.node(ui, model, &graph, index, &mut actions);
+                self.node(ui, model, (&graph, index), selected, &mut actions);
             }
+            self.goal = None;
             if self.is_empty(model, &graph) {
                 ui.label(RichText::new("No parameter, description or kind contains this.").color(DIM));
             }
@@ -54,9 +72,11 @@ impl Parameters {
                 match action {
                     PanelAction::Set(target, value) => model.set(&target, value),
                     PanelAction::Release => model.release(),
+                    PanelAction::Select(node) => chosen = Some(node),
                 }
             }
         });
+        chosen
     }
 
     fn is_empty(&self, model: &Model, graph: &Graph) -> bool {
@@ -76,7 +96,14 @@ impl Parameters {
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
 
-    fn node(&self, ui: &mut Ui, model: &Model, graph: &Graph, index: usize, actions: &mut Vec<PanelAction>) {
+    fn node(
+        &self,
+        ui: &mut Ui,
+        model: &Model,
+        (graph, index): (&Graph, usize),
+        selected: Option<&str>,
+        actions: &mut Vec<PanelAction>,
+    ) {
         let node = &graph.nodes[index];
         let rows: Vec<ParameterId> = self.rows(model, graph, index).collect();
         if rows.is_empty() {
@@ -86,13 +113,21 @@ impl Parameters {
         let is_searched = !self.search.is_empty() || self.only_changed;
         let id = ui.make_persistent_id((if is_searched { "found" } else { "node" }, &node.name));
         let is_open = is_searched || graph.nodes.len() < 6;
-        let state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, is_open);
-        let header = state.show_header(ui, |ui| header(ui, model, node, actions));
-        header.body(|ui| {
+        let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, is_open);
+        let is_goal = self.goal.as_deref() == Some(&node.name);
+        if is_goal {
+            state.set_open(true);
+        }
+        let is_selected = selected == Some(&node.name);
+        let header = state.show_header(ui, |ui| header(ui, model, (node, is_selected), actions));
+        let (_, shown, _) = header.body(|ui| {
             for parameter in rows {
                 row(ui, model, graph, parameter, actions);
             }
         });
+        if is_goal {
+            ui.scroll_to_rect(shown.response.rect, Some(egui::Align::Min));
+        }
     }
 }
 
@@ -111,13 +146,18 @@ fn searched(graph: &Graph, parameter: ParameterId) -> String {
 }
 
 /// The line of a node: its switch, its name and its kind.
-fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelAction>) {
+fn header(ui: &mut Ui, model: &Model, (node, is_selected): (&GraphNode, bool), actions: &mut Vec<PanelAction>) {
     let mut on = model.editor().is_on(&node.name);
     if ui.checkbox(&mut on, "").on_hover_text("Whether the node runs").changed() {
         actions.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
         actions.push(PanelAction::Release);
     }
-    ui.label(RichText::new(&node.name).strong());
+    let name = RichText::new(&node.name).strong();
+    let name = if is_selected { name.background_color(SELECTED) } else { name };
+    let name = ui.add(egui::Label::new(name).sense(egui::Sense::click()));
+    if name.on_hover_text("A click selects the node in the graph").clicked() {
+        actions.push(PanelAction::Select(node.name.clone()));
+    }
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
     if let Some(why) = model.skip_reason(&node.name) {
         ui.label(RichText::new("skipped").color(ACCENT).small()).on_hover_text(why);
@@ -126,6 +166,9 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelA
         ui.label(RichText::new("when").color(DIM).small()).on_hover_text(when.to_string());
     }
 }
+
+/// The background of the name of the selected node.
+const SELECTED: egui::Color32 = egui::Color32::from_gray(0x48);
 
 /// The opacity of what has no effect at present.
 const DIMMED: f32 = 0.45;

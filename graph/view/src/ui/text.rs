@@ -1,16 +1,21 @@
 //! The text of the pipeline, and its errors and warnings.
 
+use std::ops::RangeInclusive;
+
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity, shown};
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditOutput;
 use egui::{Color32, Context, Id, RichText, ScrollArea, Ui};
 
+use super::text_find::Find;
 use super::theme::{ACCENT, DIM, ERROR};
 use crate::Problem;
 use crate::model::Model;
 
 /// Seconds without a key after which a text is checked.
 const PAUSE: f64 = 0.25;
+/// The width of the numbers of lines, in points.
+const GUTTER: i8 = 38;
 
 #[derive(Default)]
 pub(super) struct TextPanel {
@@ -19,14 +24,29 @@ pub(super) struct TextPanel {
     known: String,
     /// The time of the last change.
     typed: Option<f64>,
-    /// The line to which the panel scrolls.
+    /// The line to which the panel goes.
     goal: Option<usize>,
+    /// The selected node, and its lines in the text.
+    marked: Option<(String, Option<RangeInclusive<usize>>)>,
+    /// The panel scrolls to the marked lines.
+    reveals: bool,
+    find: Find,
 }
 
 impl TextPanel {
     /// Goes to a line, counted from 1.
     pub(super) fn go_to(&mut self, line: usize) {
         self.goal = Some(line);
+    }
+
+    /// Scrolls to the lines of the selected node, without taking the keyboard.
+    pub(super) fn reveal(&mut self) {
+        self.reveals = true;
+    }
+
+    /// Opens the field that finds words in the text.
+    pub(super) fn open_find(&mut self) {
+        self.find.open();
     }
 
     /// The text that is being typed, if the model has not got it yet.
@@ -47,28 +67,48 @@ impl TextPanel {
         ctx.memory(|memory| memory.has_focus(field()))
     }
 
-    /// Shows the text; what is typed is checked after a pause.
-    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
+    /// Shows the text; what is typed is checked after a pause. The lines of the selected node are marked.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, selected: Option<&str>) {
         if *model.editor().text() != self.known {
             (self.text, self.known, self.typed) =
                 (model.editor().text().to_owned(), model.editor().text().to_owned(), None);
+            self.marked = None;
         }
+        if self.marked.as_ref().map(|(node, _)| &**node) != selected {
+            self.marked = selected.map(|node| (node.to_owned(), model.editor().lines_of(node)));
+        }
+        self.find.show(ui, &self.text);
         let now = ui.input(|input| input.time);
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
             let edit = egui::TextEdit::multiline(&mut self.text).id(field()).code_editor().desired_width(f32::INFINITY);
-            let output = edit.show(ui);
+            let margin = egui::Margin { left: GUTTER, right: 4, top: 2, bottom: 2 };
+            let output = edit.margin(margin).show(ui);
+            number_lines(ui, &output);
             if output.response.changed() {
                 self.typed = Some(now);
             }
             if let Some(line) = self.goal.take() {
                 self.put_cursor(ui, &output, line);
             }
-            wrong_lines(model).into_iter().for_each(|line| mark(ui, &output, line));
+            wrong_lines(model).into_iter().for_each(|line| mark(ui, &output, line, ERROR));
+            self.mark_selected(ui, &output);
+            self.find.mark(ui, &output, &self.text);
         });
         match self.typed {
             Some(typed) if now - typed >= PAUSE => self.apply(model),
             Some(_) => ui.ctx().request_repaint_after(std::time::Duration::from_millis(50)),
             None => {}
+        }
+    }
+
+    /// Marks the lines of the selected node.
+    fn mark_selected(&mut self, ui: &Ui, output: &TextEditOutput) {
+        let Some((_, Some(lines))) = &self.marked else { return };
+        lines.clone().for_each(|line| mark(ui, output, line, ACCENT));
+        if std::mem::take(&mut self.reveals)
+            && let Some(rect) = line_rect(output, *lines.start())
+        {
+            ui.scroll_to_rect(rect.with_max_x(rect.min.x), Some(egui::Align::Center));
         }
     }
 
@@ -100,10 +140,25 @@ fn line_rect(output: &TextEditOutput, line: usize) -> Option<egui::Rect> {
     Some(rows.get(first)?.rect().translate(output.galley_pos.to_vec2()))
 }
 
-fn mark(ui: &Ui, output: &TextEditOutput, line: usize) {
+fn mark(ui: &Ui, output: &TextEditOutput, line: usize, color: Color32) {
     if let Some(rect) = line_rect(output, line) {
         let rect = rect.expand2(egui::vec2(3.0, 0.0));
-        ui.painter().rect_filled(rect, 2.0, ERROR.gamma_multiply_u8(0x30));
+        ui.painter().rect_filled(rect, 2.0, color.gamma_multiply_u8(0x30));
+    }
+}
+
+/// Writes the numbers of the lines beside them.
+fn number_lines(ui: &Ui, output: &TextEditOutput) {
+    let (mut line, mut is_first) = (1, true);
+    for row in &output.galley.rows {
+        let rect = row.rect().translate(output.galley_pos.to_vec2());
+        if is_first && ui.clip_rect().y_range().intersects(rect.y_range()) {
+            let at = egui::pos2(rect.min.x - 10.0, rect.center().y);
+            let font = egui::FontId::monospace(10.0);
+            ui.painter().text(at, egui::Align2::RIGHT_CENTER, line.to_string(), font, Color32::from_gray(0x60));
+        }
+        is_first = row.ends_with_newline;
+        line += usize::from(is_first);
     }
 }
 

@@ -20,9 +20,38 @@
 //! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
 //! ```
 
+//! Nodes and wires are edited the same way, by an [`Edit`]:
+//!
+//! ```
+//! use afterimage_graph::check::{Edit, NoFiles, Reader, Saver};
+//! # let registry = afterimage_graph::node::Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+//! let text = r#"Pipeline(
+//!     inputs: { "scene": Color },
+//!     nodes: { "exposed": Exposure(source: "scene") },
+//!     outputs: { "display": "exposed" },
+//! )"#;
+//! let saver = Saver::new("look.ron", text, &registry, &NoFiles)?;
+//! let reader = Reader::Output("display".into());
+//! let inserted = saver.edit(None, &Edit::Insert { kind: "Vignette".into(), name: "dark".into(), reader })?;
+//! let node = r#"Exposure(source: "scene"), "dark": Vignette(source: "exposed")"#;
+//! let text = text.replace(r#"Exposure(source: "scene")"#, node);
+//! assert_eq!(inserted, text.replace(r#""display": "exposed""#, r#""display": "dark""#));
+//! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
+//! ```
+
+mod candidates;
 mod edits;
+mod file;
 mod path;
+mod proof;
+mod reader;
+mod refusals;
 mod saver;
 mod state;
+mod structure;
+mod wires;
 
+pub use candidates::Candidate;
+pub use reader::Reader;
 pub use saver::{Change, Saver};
+pub use structure::Edit;

@@ -5,32 +5,52 @@ use std::collections::BTreeSet;
 use indexmap::IndexMap;
 
 use super::path::{join_written, relative};
-use crate::check::draft::NodeDraft;
+use crate::check::draft::{Feed, NodeDraft};
 use crate::check::expand::Expansion;
 use crate::check::files::{Files, join};
 use crate::document::{Document, Override, Tier, Tree};
 use crate::node::Registry;
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote};
 use afterimage_base::value::{FileValue, Type, Value};
 
-/// Target of an override: a parameter, or the switch of a node or of a pipeline used as a node.
+/// A value, a switch or a wire as a file states it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Stated {
+    Value(Value),
+    /// True for a node, or a pipeline used as a node, that is on.
+    Switch(bool),
+    /// The text of a wire; `None` for an input that has none.
+    Wire(Option<String>),
+}
+
+/// Target of an override: a parameter, a wire, or the switch of a node or of a pipeline used as a node.
 pub(super) struct Setting {
-    /// The value; that of a switch is a flag, `true` for on.
-    pub(super) value: Value,
-    pub(super) is_switch: bool,
+    pub(super) value: Stated,
     /// The place of the value; `None` for defaults.
     pub(super) written: Option<Location>,
     /// True if the tier gives the value.
     pub(super) is_of_tier: bool,
-    /// The first byte of the node's kind, of a parameter of a node that the file itself has.
+    /// The first byte of the node's kind, of a parameter or an input of a node that the file itself has.
     pub(super) kind_start: Option<usize>,
+}
+
+impl Setting {
+    pub(super) fn is_switch(&self) -> bool {
+        matches!(self.value, Stated::Switch(_))
+    }
+}
+
+/// The key of an output of the pipeline. No other key begins with this sign.
+pub(super) fn output_key(name: &str) -> String {
+    format!("@{name}")
 }
 
 /// A document at a tier.
 pub(super) struct State<'a> {
     pub(super) document: Document,
     pub(super) expansion: Expansion<'a>,
-    /// By the keys of overrides: `node.parameter`, or the name of what is switched.
+    /// By the keys of overrides: `node.parameter`, `node.input`, or the name of what is switched; and by those of
+    /// [outputs](output_key).
     pub(super) settings: IndexMap<String, Setting>,
 }
 
@@ -57,25 +77,42 @@ impl<'a> State<'a> {
         if expansion.fields.reports.diagnostics.has_errors() {
             return Err(expansion.fields.reports.diagnostics.sorted());
         }
-        let setting = |value, is_switch, written: &Option<Location>, kind_start| {
-            let is_of_tier = written.as_ref().is_some_and(|location| of_tier.contains(location));
-            Setting { value, is_switch, written: written.clone(), is_of_tier, kind_start }
+        let setting = |value, written: Option<&Location>, kind_start| {
+            let is_of_tier = written.is_some_and(|location| of_tier.contains(location));
+            Setting { value, written: written.cloned(), is_of_tier, kind_start }
+        };
+        let own = |kind: &Location| (kind.file == document.file).then_some(kind.start);
+        let wire = |text: Option<&Spanned<String>>, kind: Option<usize>| {
+            setting(Stated::Wire(text.map(|text| text.value.clone())), text.map(|text| &text.location), kind)
         };
         let mut settings = IndexMap::new();
         for draft in &expansion.drafted.nodes {
             let name = expansion.drafted.full_name(draft);
-            let is_own = draft.scope == 0 && draft.kind_location.file == document.file;
+            let kind_start = own(&draft.kind_location).filter(|_| draft.scope == 0);
             for (index, param) in draft.kind.params().iter().enumerate() {
-                let kind_start = is_own.then_some(draft.kind_location.start);
-                let value = draft.values[index].clone();
-                settings
-                    .insert(format!("{name}.{}", param.name), setting(value, false, &draft.written[index], kind_start));
+                let value = Stated::Value(draft.values[index].clone());
+                let written = draft.written[index].as_ref();
+                settings.insert(format!("{name}.{}", param.name), setting(value, written, kind_start));
             }
-            settings.insert(name, setting(Value::Bool(!draft.off), true, &draft.switched, None));
+            // Wires within pipelines used as nodes are those of other files.
+            let inputs = draft.kind.inputs().iter().zip(&draft.wire_texts).filter(|_| draft.scope == 0);
+            for (port, text) in inputs {
+                settings.insert(format!("{name}.{}", port.name), wire(text.as_ref(), kind_start));
+            }
+            settings.insert(name, setting(Stated::Switch(!draft.off), draft.switched.as_ref(), None));
         }
         for (index, scope) in expansion.drafted.scopes.iter().enumerate().skip(1) {
-            let switch = setting(Value::Bool(!scope.off), true, &scope.switched, None);
-            settings.insert(expansion.drafted.full_scope_name(index), switch);
+            let name = expansion.drafted.full_scope_name(index);
+            let entry = document.nodes.iter().find(|entry| entry.name.value == name);
+            for (input, feed) in scope.inputs.iter().filter(|_| scope.parent == Some(0)) {
+                let text = if let Feed::Wire(text) = feed { Some(text) } else { None };
+                let kind_start = entry.and_then(|entry| own(&entry.kind.location));
+                settings.insert(format!("{name}.{}", input.name.value), wire(text, kind_start));
+            }
+            settings.insert(name, setting(Stated::Switch(!scope.off), scope.switched.as_ref(), None));
+        }
+        for output in &document.outputs {
+            settings.insert(output_key(&output.name.value), wire(Some(&output.source), None));
         }
         Ok(Self { document, expansion, settings })
     }
@@ -113,17 +150,31 @@ impl<'a> State<'a> {
     }
 
     /// The value of a setting. Paths are relative to the folder of the program, and files have no bytes.
-    pub(super) fn stated(&self, setting: &Setting) -> Value {
+    pub(super) fn stated(&self, setting: &Setting) -> Stated {
         stated(&setting.value, setting.written.as_ref().map_or(&self.document.file, |location| &location.file))
     }
 
-    /// A value that was [stated](Self::stated), as the file writes it.
-    pub(super) fn text(&self, is_switch: bool, value: &Value) -> String {
-        match value {
-            Value::Bool(on) if is_switch => if *on { "On" } else { "Off" }.to_owned(),
-            Value::File(named) => format!("{:?}", relative(&self.document.file, &named.path)),
-            value => value.to_string(),
-        }
+    /// A value that was [stated](Self::stated), as the file writes it; `None` for a wire that is none.
+    pub(super) fn text(&self, value: &Stated) -> Option<String> {
+        Some(match value {
+            Stated::Switch(on) => if *on { "On" } else { "Off" }.to_owned(),
+            Stated::Value(Value::File(named)) => format!("{:?}", relative(&self.document.file, &named.path)),
+            Stated::Value(value) => value.to_string(),
+            Stated::Wire(wire) => format!("{:?}", wire.as_ref()?),
+        })
+    }
+
+    /// The text of the document, without a mark at its beginning.
+    pub(super) fn own_text(&self) -> &str {
+        self.expansion.fields.reports.diagnostics.sources.text(&self.document.file).unwrap_or_default()
+    }
+
+    /// The error of a node that is not there.
+    pub(super) fn unknown_node(&self, name: &str) -> Diagnostic {
+        let names = || self.settings.iter().filter(|(_, setting)| setting.is_switch()).map(|(name, _)| name.as_str());
+        Diagnostic::error("unknown-node", format!("no node is called {}", quote(name)))
+            .help(format!("the nodes are {}", list(names(), 12)))
+            .did_you_mean(name, names())
     }
 
     /// One error of the document.
@@ -135,9 +186,12 @@ impl<'a> State<'a> {
 }
 
 /// A value that a file states.
-pub(super) fn stated(value: &Value, file: &str) -> Value {
+pub(super) fn stated(value: &Stated, file: &str) -> Stated {
     match value {
-        Value::File(named) => Value::File(FileValue { path: join_written(file, &named.path).into(), bytes: None }),
+        Stated::Value(Value::File(named)) => {
+            let path = join_written(file, &named.path).into();
+            Stated::Value(Value::File(FileValue { path, bytes: None }))
+        }
         other => other.clone(),
     }
 }

@@ -4,12 +4,14 @@ use afterimage_graph::check::{Graph, Source};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 
-/// A box of the drawing: an input of the pipeline or a node.
+/// A box of the drawing: an input or an output of the pipeline, or a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Item {
     /// An input of the pipeline.
     Input(usize),
     Node(usize),
+    /// An output of the pipeline.
+    Output(usize),
 }
 
 /// A box and its place.
@@ -28,7 +30,7 @@ const GAP: f32 = 0.8;
 /// Number of passes that order the columns by their neighbors.
 const SWEEPS: usize = 48;
 
-/// Places the inputs and nodes of a graph.
+/// Places the inputs, nodes and outputs of a graph.
 pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
     let ranks = ranks(graph);
     let inputs = (0..graph.inputs.len()).map(|input| (Item::Input(input), 0, 1.6));
@@ -36,8 +38,12 @@ pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
         let ports = node.wires.iter().filter(|wire| wire.is_some()).count().max(node.kind().outputs().len());
         (Item::Node(index), ranks[index], 1.2 + ports as f32)
     });
+    let outputs = graph.outputs.iter().enumerate().map(|(index, output)| {
+        let rank = if let Source::Node { node, .. } = output.source { ranks[node] } else { 0 };
+        (Item::Output(index), rank + 1, 1.6)
+    });
     let place = |(item, rank, rows): (Item, usize, f32)| Placed { item, rank, row: 0.0, rows };
-    let mut placed: Vec<Placed> = inputs.chain(nodes).map(place).collect();
+    let mut placed: Vec<Placed> = inputs.chain(nodes).chain(outputs).map(place).collect();
     stack(&mut placed);
     for _ in 0..SWEEPS {
         align(graph, &mut placed);
@@ -98,15 +104,24 @@ fn align(graph: &Graph, placed: &mut [Placed]) {
 
 /// The boxes to which a box is wired, on both sides.
 fn neighbors(graph: &Graph, item: Item) -> Vec<Item> {
-    let of = |source: &Source| match source {
-        Source::Input(input) => Item::Input(*input),
-        Source::Node { node, .. } => Item::Node(*node),
-    };
-    let reads = |node: usize| graph.nodes[node].wires.iter().flatten().map(of);
-    let read_by = (0..graph.nodes.len()).filter(|node| reads(*node).any(|read| read == item)).map(Item::Node);
+    let reads = |node: usize| graph.nodes[node].wires.iter().flatten().copied().map(Item::of);
+    let nodes = (0..graph.nodes.len()).filter(|node| reads(*node).any(|read| read == item)).map(Item::Node);
+    let outputs = graph.outputs.iter().enumerate().filter(|(_, output)| Item::of(output.source) == item);
+    let read_by = nodes.chain(outputs.map(|(index, _)| Item::Output(index)));
     match item {
         Item::Input(_) => read_by.collect(),
         Item::Node(node) => reads(node).chain(read_by).collect(),
+        Item::Output(output) => vec![Item::of(graph.outputs[output].source)],
+    }
+}
+
+impl Item {
+    /// The box that a wire comes from.
+    pub(super) fn of(source: Source) -> Self {
+        match source {
+            Source::Input(input) => Self::Input(input),
+            Source::Node { node, .. } => Self::Node(node),
+        }
     }
 }
 

@@ -1,26 +1,30 @@
-//! The graph panel: nodes and wires, skipped and fused nodes, and the inspected wire.
+//! The graph panel: nodes and wires, skipped and fused nodes, the inspected wire, and edits of all of them.
 
+mod drag;
+mod drawing;
+mod keys;
+mod kinds;
 mod layout;
+mod menu;
+mod target;
+mod wire;
 
 use std::collections::BTreeMap;
 
-use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::check::{Edit, Graph, Reader};
 use afterimage_plan::Plan;
-use egui::text::{LayoutJob, TextWrapping};
-use egui::{Color32, FontId, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2};
+use egui::emath::TSTransform;
+use egui::{Context, Id, Pos2, Rect, RichText, Sense, Ui};
 
 use super::text::note_errors;
-use super::theme::{ACCENT, DIM, FIELD, wire_color};
+use super::theme::{ACCENT, DIM, ERROR};
+use crate::Problem;
 use crate::model::{InspectedWire, Model, PipelineInstance};
-use layout::{Item, Placed, layout};
-
-/// The colors of passes that hold several nodes.
-const GROUNDS: [Color32; 4] = [
-    Color32::from_rgb(0xf2, 0xb1, 0x34),
-    Color32::from_rgb(0x5a, 0xa0, 0xe0),
-    Color32::from_rgb(0x8a, 0xc9, 0x66),
-    Color32::from_rgb(0xc0, 0x80, 0xd8),
-];
+use drag::{Drag, connection, reason};
+use drawing::{Act, COLUMN, Drawing, ROW, WIDTH};
+use layout::{Placed, layout};
+use menu::{Menu, Outcome, refusal};
+pub(super) use wire::wire_name;
 
 /// The scales at which a graph is shown.
 const SCALES: (f32, f32) = (0.25, 2.0);
@@ -29,18 +33,21 @@ const LARGEST_FIT: f32 = 1.2;
 /// Points around the drawing.
 const MARGIN: f32 = 10.0;
 
-/// Points between columns, the width of a box, and the height of a row.
-const COLUMN: f32 = 130.0;
-const WIDTH: f32 = 104.0;
-const ROW: f32 = 15.0;
-
 #[derive(Default)]
 pub(super) struct GraphPanel {
     /// The part of the drawing that the user has chosen; `None` for all of it.
     view: Option<Rect>,
     placed: Vec<Placed>,
-    /// The names of the placed inputs and nodes.
-    names: Vec<String>,
+    /// The names of the placed inputs, nodes and outputs, and what they read.
+    placed_names: Vec<String>,
+    /// The node whose parameters and wires are pointed out.
+    selected: Option<String>,
+    /// The selection is new: other panels go to it.
+    is_new_selection: bool,
+    drag: Option<Drag>,
+    menu: Option<Menu>,
+    /// From the drawing to the window.
+    to_window: TSTransform,
 }
 
 /// The first pass that a node shares with others, for each fused node.
@@ -55,39 +62,186 @@ fn fused(plan: Option<&Plan>) -> BTreeMap<String, usize> {
     fused
 }
 
+/// Identity of the graph as what has the keyboard.
+fn field() -> Id {
+    Id::new("graph of the pipeline")
+}
+
 impl GraphPanel {
-    /// Shows the graph; a click on an output inspects its wire.
-    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
+    /// True if keys are those of the graph.
+    pub(super) fn has_focus(ctx: &Context) -> bool {
+        ctx.memory(|memory| memory.has_focus(field()))
+    }
+
+    /// True while a menu of the graph is open, or a wire is dragged.
+    pub(super) fn is_busy(&self) -> bool {
+        self.menu.is_some() || self.drag.is_some()
+    }
+
+    /// The selected node.
+    pub(super) fn selected(&self) -> Option<&str> {
+        self.selected.as_deref()
+    }
+
+    pub(super) fn select(&mut self, node: Option<String>) {
+        self.is_new_selection = node.is_some();
+        self.selected = node;
+    }
+
+    /// The node that was selected since the last call.
+    pub(super) fn take_new_selection(&mut self) -> Option<String> {
+        std::mem::take(&mut self.is_new_selection).then(|| self.selected.clone()).flatten()
+    }
+
+    /// Opens the list of kinds for a new node.
+    pub(super) fn add(&mut self, model: &Model, at: Pos2) -> Option<String> {
+        self.open(Menu::add(at, model))
+    }
+
+    fn open(&mut self, menu: Result<Menu, Problem>) -> Option<String> {
+        match menu {
+            Ok(menu) => {
+                self.menu = Some(menu);
+                None
+            }
+            Err(problem) => Some(refusal(&problem)),
+        }
+    }
+
+    /// Shows the graph, and edits it as the user says. Returns a message, if an edit was not possible.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) -> Option<String> {
         let Some(graph) = model.editor().graph().cloned() else {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
-            return;
+            return None;
         };
         self.place(&graph);
+        self.selected.take_if(|node| graph.node(node).is_none());
+        note_errors(ui, model);
+        let panel = ui.available_rect_before_wrap();
+        ui.interact(panel, field(), Sense::focusable_noninteractive());
+        let by_key = self.keys(ui, model, &graph);
+        self.hold_earlier(ui, model);
+        let (acts, wire) = self.draw(ui, model, &graph, panel);
+        let by_act = acts.into_iter().filter_map(|act| self.act(ui, model, act)).last();
+        let by_wire = wire.and_then(|(reader, at)| self.open(Menu::insert(at, model, reader)));
+        by_key.or(by_act).or(by_wire)
+    }
+
+    /// Shows the menu that is open, over everything else.
+    pub(super) fn show_menu(&mut self, ctx: &Context, model: &mut Model) {
+        let Some(mut menu) = self.menu.take() else { return };
+        let source = self.selected.clone();
+        match menu.show(ctx, model, source.as_deref()) {
+            Outcome::Open => return self.menu = Some(menu),
+            Outcome::Left => return,
+            Outcome::Made(Some(node)) => self.select(Some(node)),
+            Outcome::Closed | Outcome::Made(None) => {}
+        }
+        ctx.memory_mut(|memory| memory.request_focus(field()));
+    }
+
+    /// Draws the graph. Returns what the user does with it, and the wire that was clicked.
+    fn draw(&mut self, ui: &mut Ui, model: &Model, graph: &Graph, panel: Rect) -> (Vec<Act>, Option<(Reader, Pos2)>) {
         let fused = fused(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
         let inspected = model.inspector().wire().map(|wire| wire.wire.clone());
-        note_errors(ui, model);
-        let mut chosen = None;
-        let panel = ui.available_rect_before_wrap();
         let before = self.zoomed(ui, panel);
         let mut view = before;
-        let drawn = egui::Scene::new().zoom_range(SCALES.0..=SCALES.1).show(ui, &mut view, |ui| {
-            let (graph, placed, fused, inspected) = (&*graph, &*self.placed, &fused, inspected.as_deref());
+        let scale = (panel.size() / before.size()).min_elem().clamp(SCALES.0, SCALES.1);
+        self.to_window = TSTransform::from_translation(panel.center().to_vec2() - scale * before.center().to_vec2())
+            * TSTransform::from_scaling(scale);
+        let in_window =
+            ui.input(|input| input.pointer.hover_pos()).filter(|at| panel.contains(*at) && self.menu.is_none());
+        let pointer = in_window.map(|at| self.to_window.inverse() * at);
+        let drawing = Drawing {
+            model,
+            graph,
+            placed: &self.placed,
+            fused: &fused,
+            inspected: inspected.as_deref(),
+            selected: self.selected.as_deref(),
+            drag: self.drag.as_ref(),
             // Names are larger in a drawing that is made smaller, as far as their boxes have room.
-            let name_size = (11.5 * before.width() / panel.width()).clamp(11.5, 15.0);
-            chosen = Drawing { model, graph, placed, fused, inspected, name_size }.show(ui);
-        });
+            name_size: (11.5 * before.width() / panel.width()).clamp(11.5, 15.0),
+        };
+        let scene = egui::Scene::new().zoom_range(SCALES.0..=SCALES.1);
+        let drawn = scene.show(ui, &mut view, |ui| drawing.show(ui, pointer));
+        let is_clicked = drawn.response.clicked() || drawn.response.secondary_clicked();
+        let wire = pointer.filter(|_| is_clicked).and_then(|at| drawing.wire_at(at));
+        let dropped = self.drag.as_ref().map(|drag| (drag, pointer.and_then(|at| drawing.candidate_at(drag, at))));
+        let mut acts = drawn.inner;
+        if let Some((_, candidate)) = dropped {
+            if let Some(candidate) = candidate {
+                tell(ui, candidate);
+            }
+            if !ui.input(|input| input.pointer.any_down()) {
+                acts.push(Act::Drop(candidate.map(connection)));
+            }
+        }
         if drawn.response.double_clicked() {
             self.view = None;
         } else if view != before {
             self.view = Some(self.kept_in_view(view));
         }
-        if let Some(wire) = chosen {
-            let again = inspected.as_deref() == Some(&wire);
-            model.inspect_wire(if again { None } else { Some(InspectedWire::new(wire)) });
+        if is_clicked && wire.is_none() {
+            acts.push(Act::Deselect);
+        }
+        (acts, wire.zip(in_window))
+    }
+
+    /// Does what the user does with the drawing.
+    fn act(&mut self, ui: &Ui, model: &mut Model, act: Act) -> Option<String> {
+        match act {
+            Act::Inspect(wire) => {
+                let again = model.inspector().wire().is_some_and(|inspected| inspected.wire == wire);
+                model.inspect_wire(if again { None } else { Some(InspectedWire::new(wire)) });
+            }
+            Act::Select(node) => {
+                self.select(Some(node));
+                ui.memory_mut(|memory| memory.request_focus(field()));
+            }
+            Act::Deselect => {
+                self.select(None);
+                ui.memory_mut(|memory| memory.request_focus(field()));
+            }
+            Act::Menu(node) => {
+                let at = ui.input(|input| input.pointer.interact_pos()).unwrap_or_default();
+                self.select(Some(node.clone()));
+                self.menu = Some(Menu::node(at, &node));
+            }
+            Act::Grab(held, from) => {
+                let is_earlier = ui.input(|input| input.modifiers.shift);
+                match Drag::begin(model, held, from, is_earlier) {
+                    Ok(drag) => self.drag = Some(drag),
+                    Err(problem) => return Some(refusal(&problem)),
+                }
+            }
+            Act::Drop(edit) => {
+                self.drag = None;
+                return edit.and_then(|edit| self.edit(model, &edit));
+            }
+        }
+        None
+    }
+
+    /// Makes an edit. Returns the reason if it is not possible.
+    fn edit(&mut self, model: &mut Model, edit: &Edit) -> Option<String> {
+        match model.edit_graph(edit) {
+            Ok(()) => None,
+            Err(problem) => Some(refusal(&problem)),
         }
     }
 
-    /// The area of all nodes.
+    /// With Shift, a dragged wire is that of the frame before. Esc lets it go.
+    fn hold_earlier(&mut self, ui: &Ui, model: &Model) {
+        if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            self.drag = None;
+        }
+        if let Some(drag) = &mut self.drag {
+            drag.set_earlier(model, ui.input(|input| input.modifiers.shift));
+        }
+    }
+
+    /// The area of all boxes.
     fn bounds(&self) -> Rect {
         let right = self.placed.iter().map(|placed| placed.rank as f32 * COLUMN + WIDTH).fold(0.0, f32::max);
         let lower = self.placed.iter().map(|placed| (placed.row + placed.rows) * ROW).fold(0.0, f32::max);
@@ -103,9 +257,8 @@ impl GraphPanel {
             let scale = scale_of(bounds).min(LARGEST_FIT);
             Rect::from_center_size(bounds.center(), panel.size() / scale)
         });
-        let Some(at) = ui.input(|input| input.pointer.hover_pos()).filter(|at| panel.contains(*at)) else {
-            return view;
-        };
+        let pointer = ui.input(|input| input.pointer.hover_pos());
+        let Some(at) = pointer.filter(|at| panel.contains(*at) && self.menu.is_none()) else { return view };
         let turned = ui.input_mut(|input| std::mem::take(&mut input.smooth_scroll_delta).y / 200.0);
         if turned == 0.0 {
             return view;
@@ -125,182 +278,33 @@ impl GraphPanel {
         Rect::from_center_size(view.center().clamp(bounds.min, bounds.max), view.size())
     }
 
-    /// Places the nodes anew if they are others.
+    /// Places the boxes anew if they or their wires are others. All of another pipeline is shown.
     fn place(&mut self, graph: &Graph) {
-        let inputs = graph.inputs.iter().map(|input| input.name.clone());
-        let names: Vec<String> = inputs.chain(graph.nodes.iter().map(|node| node.name.clone())).collect();
-        if names != self.names {
-            (self.placed, self.names, self.view) = (layout(graph), names, None);
+        let names = placed_names(graph);
+        if names == self.placed_names {
+            return;
         }
+        if !names.iter().any(|name| self.placed_names.contains(name)) {
+            self.view = None;
+        }
+        (self.placed, self.placed_names) = (layout(graph), names);
     }
 }
 
-/// The name of a wire: an input, or `node.port`.
-pub(super) fn wire_name(graph: &Graph, source: Source) -> String {
-    match source {
-        Source::Input(input) => graph.inputs[input].name.clone(),
-        Source::Node { node, output, .. } => {
-            let node = &graph.nodes[node];
-            format!("{}.{}", node.name, node.kind().outputs()[output].name)
-        }
-    }
+/// The names of inputs, nodes and outputs, with what they read.
+fn placed_names(graph: &Graph) -> Vec<String> {
+    let inputs = graph.inputs.iter().map(|input| input.name.clone());
+    let nodes = graph.nodes.iter().map(|node| format!("{} {:?}", node.name, node.wires));
+    let outputs = graph.outputs.iter().map(|output| format!("@{} {:?}", output.name, output.source));
+    inputs.chain(nodes).chain(outputs).collect()
 }
 
-/// A drawing of a graph.
-struct Drawing<'d> {
-    model: &'d Model,
-    graph: &'d Graph,
-    placed: &'d [Placed],
-    /// The first pass that a node shares with others.
-    fused: &'d BTreeMap<String, usize>,
-    inspected: Option<&'d str>,
-    /// The size of the names of nodes.
-    name_size: f32,
-}
-
-impl Drawing<'_> {
-    /// Draws it, and states which wire was clicked.
-    fn show(&self, ui: &mut Ui) -> Option<String> {
-        self.grounds(ui);
-        let mut chosen = None;
-        for (index, node) in self.graph.nodes.iter().enumerate() {
-            let wired = node.wires.iter().flatten().enumerate();
-            for (row, source) in wired {
-                self.wire(ui, *source, self.input_at(index, row));
-            }
-        }
-        for placed in self.placed {
-            chosen = self.item(ui, placed).or(chosen);
-        }
-        chosen
-    }
-
-    fn rect(&self, placed: &Placed) -> Rect {
-        let corner = Pos2::new(placed.rank as f32 * COLUMN, placed.row * ROW);
-        Rect::from_min_size(corner, Vec2::new(WIDTH, placed.rows * ROW))
-    }
-
-    fn rect_of(&self, item: Item) -> Rect {
-        self.placed.iter().find(|placed| placed.item == item).map_or(Rect::ZERO, |placed| self.rect(placed))
-    }
-
-    /// The end of a wire at a node.
-    fn input_at(&self, node: usize, row: usize) -> Pos2 {
-        let rect = self.rect_of(Item::Node(node));
-        Pos2::new(rect.min.x, rect.min.y + (1.7 + row as f32) * ROW)
-    }
-
-    /// The beginning of a wire.
-    fn output_at(&self, source: Source) -> Pos2 {
-        match source {
-            Source::Input(input) => self.rect_of(Item::Input(input)).right_center(),
-            Source::Node { node, output, .. } => {
-                let rect = self.rect_of(Item::Node(node));
-                Pos2::new(rect.max.x, rect.min.y + (1.7 + output as f32) * ROW)
-            }
-        }
-    }
-
-    fn wire(&self, ui: &Ui, source: Source, to: Pos2) {
-        let from = self.output_at(source);
-        let is_past = matches!(source, Source::Node { previous: 1.., .. });
-        let is_inspected = self.inspected == Some(&wire_name(self.graph, source));
-        let color = wire_color(self.graph.port_type(source));
-        let color = if is_past { color.gamma_multiply(0.4) } else { color };
-        let stroke = if is_inspected { Stroke::new(3.0, ACCENT) } else { Stroke::new(1.5, color) };
-        let bend = Vec2::new(((to.x - from.x).abs() * 0.5).clamp(18.0, 90.0), 0.0);
-        let curve = egui::epaint::CubicBezierShape::from_points_stroke(
-            [from, from + bend, to - bend, to],
-            false,
-            Color32::TRANSPARENT,
-            stroke,
-        );
-        ui.painter().add(curve);
-    }
-
-    /// A background behind the nodes of one pass, in its own color.
-    fn grounds(&self, ui: &Ui) {
-        for placed in self.placed {
-            let Item::Node(node) = placed.item else { continue };
-            let Some(pass) = self.fused.get(&self.graph.nodes[node].name) else { continue };
-            let color = GROUNDS[pass % GROUNDS.len()];
-            let wide = self.rect(placed).expand2(Vec2::new((COLUMN - WIDTH) / 2.0, 5.0));
-            ui.painter().rect_filled(wide, 5.0, color.gamma_multiply(0.22));
-        }
-    }
-
-    /// Draws a box; its outputs can be clicked.
-    fn item(&self, ui: &mut Ui, placed: &Placed) -> Option<String> {
-        let rect = self.rect(placed);
-        match placed.item {
-            Item::Input(input) => {
-                let name = &self.graph.inputs[input].name;
-                let response = self.frame(ui, rect, name, false, self.inspected == Some(name));
-                response.clicked().then(|| name.clone())
-            }
-            Item::Node(node) => self.node(ui, rect, node),
-        }
-    }
-
-    fn node(&self, ui: &mut Ui, rect: Rect, index: usize) -> Option<String> {
-        let node = &self.graph.nodes[index];
-        let skipped = self.model.skip_reason(&node.name);
-        let names = node.kind().outputs().iter().map(|port| format!("{}.{}", node.name, port.name));
-        let names: Vec<String> = names.collect();
-        let is_inspected = names.iter().any(|name| self.inspected == Some(name));
-        let response = self.frame(ui, rect, &node.name, skipped.is_some(), is_inspected);
-        let response = response.on_hover_ui(|ui| about(ui, node, skipped));
-        for (row, wire) in node.wires.iter().zip(node.kind().inputs()).filter(|(wire, _)| wire.is_some()).enumerate() {
-            let at = self.input_at(index, row);
-            let ty = wire.1.ty;
-            ui.painter().circle_filled(at, 3.0, wire_color(ty));
-            text(ui, at + Vec2::new(6.0, 0.0), egui::Align2::LEFT_CENTER, &wire.1.name, skipped.is_some());
-        }
-        let mut chosen = response.clicked().then(|| names[0].clone());
-        for (output, (port, name)) in node.kind().outputs().iter().zip(&names).enumerate() {
-            let at = self.output_at(Source::Node { node: index, output, previous: 0 });
-            let area = Rect::from_center_size(at, Vec2::splat(12.0));
-            let port_response = ui.interact(area, ui.id().with(name), Sense::click()).on_hover_text(&*port.doc);
-            let radius = if port_response.hovered() { 5.0 } else { 3.5 };
-            ui.painter().circle_filled(at, radius, wire_color(port.ty));
-            if output > 0 || names.len() > 1 {
-                text(ui, at - Vec2::new(6.0, 0.0), egui::Align2::RIGHT_CENTER, &port.name, skipped.is_some());
-            }
-            if port_response.clicked() {
-                chosen = Some(name.clone());
-            }
-        }
-        chosen
-    }
-
-    fn frame(&self, ui: &mut Ui, rect: Rect, name: &str, is_skipped: bool, is_inspected: bool) -> Response {
-        let response = ui.allocate_rect(rect, Sense::click());
-        let fill = if is_skipped { FIELD } else { Color32::from_gray(0x2c) };
-        let line = match (is_inspected, response.hovered()) {
-            (true, _) => Stroke::new(2.0, ACCENT),
-            (false, true) => Stroke::new(1.0, Color32::from_gray(0xa0)),
-            (false, false) => Stroke::new(1.0, Color32::from_gray(0x48)),
-        };
-        ui.painter().rect(rect, 4.0, fill, line, egui::StrokeKind::Inside);
-        let color = if is_skipped { Color32::from_gray(0x70) } else { Color32::from_gray(0xe4) };
-        let mut line = LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(self.name_size), color);
-        line.wrap = TextWrapping::truncate_at_width(rect.width() - 10.0);
-        let line = ui.painter().layout_job(line);
-        ui.painter().galley(rect.min + Vec2::new(7.0, 1.0), line, color);
-        response
-    }
-}
-
-fn text(ui: &Ui, at: Pos2, align: egui::Align2, text: &str, is_skipped: bool) {
-    let color = Color32::from_gray(if is_skipped { 0x58 } else { 0x98 });
-    ui.painter().text(at, align, text, FontId::proportional(9.0), color);
-}
-
-/// The description of a node, and the reason if it is skipped.
-fn about(ui: &mut Ui, node: &afterimage_graph::check::GraphNode, skipped: Option<&str>) {
-    ui.label(RichText::new(format!("{}: {}", node.name, node.kind().name())).strong());
-    ui.label(node.kind().doc().split("\n\n").next().unwrap_or_default());
-    if let Some(why) = skipped {
-        ui.label(RichText::new(format!("skipped: {why}")).color(ACCENT));
-    }
+/// Tells at the pointer what a drop would do, or why it would do nothing.
+fn tell(ui: &Ui, candidate: &afterimage_graph::check::Candidate) {
+    let id = Id::new("end of the dragged wire");
+    let tooltip = egui::Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), id, egui::PopupAnchor::Pointer);
+    tooltip.show(|ui| match &candidate.refusal {
+        Some(errors) => ui.label(RichText::new(reason(errors)).color(ERROR)),
+        None => ui.label(RichText::new(format!("{} to {}", candidate.wire, candidate.reader)).color(ACCENT)),
+    });
 }
