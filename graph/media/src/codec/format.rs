@@ -46,11 +46,11 @@ listed! {
 impl ImageFormat {
     /// The formats that this program reads.
     pub fn readable() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|format| match format {
-            Self::Jxl => cfg!(feature = "jxl"),
-            Self::Avif => cfg!(feature = "avif"),
-            _ => true,
-        })
+        let has = |format: Self, is_built: bool| move |known: &Self| is_built || *known != format;
+        Self::ALL
+            .into_iter()
+            .filter(has(Self::Jxl, cfg!(feature = "jxl")))
+            .filter(has(Self::Avif, cfg!(feature = "avif")))
     }
 
     /// The endings of file names, in lower case; the usual one first.
