@@ -13,7 +13,7 @@ const NEAR: f32 = 10.0;
 
 impl<'d> Drawing<'d> {
     /// The answer of the check for what is at a place: the end there, or else the best one of the box.
-    pub(super) fn candidate_at(&self, drag: &'d Drag, at: Pos2) -> Option<&'d Candidate> {
+    pub(super) fn candidate_at(&self, drag: &'d Drag, at: Pos2) -> Option<&Candidate> {
         let placed = self.placed.iter().find(|placed| rect(placed).expand(NEAR).contains(at))?;
         match &drag.held {
             Held::Reader(_) => self.source_at(drag, placed, at),
@@ -21,7 +21,7 @@ impl<'d> Drawing<'d> {
         }
     }
 
-    fn source_at(&self, drag: &'d Drag, placed: &Placed, at: Pos2) -> Option<&'d Candidate> {
+    fn source_at(&self, drag: &'d Drag, placed: &Placed, at: Pos2) -> Option<&Candidate> {
         let node = match placed.item {
             Item::Input(input) => return drag.of_wire(&self.graph.inputs[input].name),
             Item::Output(_) => return None,
@@ -33,7 +33,7 @@ impl<'d> Drawing<'d> {
         best(sources.collect(), at, |_| false)
     }
 
-    fn reader_at(&self, drag: &'d Drag, placed: &Placed, at: Pos2) -> Option<&'d Candidate> {
+    fn reader_at(&self, drag: &'d Drag, placed: &Placed, at: Pos2) -> Option<&Candidate> {
         let node = match placed.item {
             Item::Output(output) => return drag.of_reader(&Reader::Output(self.graph.outputs[output].name.clone())),
             Item::Input(_) => return None,
@@ -48,11 +48,11 @@ impl<'d> Drawing<'d> {
 
 /// The candidate whose end is near; otherwise the first one that is possible, preferred ones before others; otherwise
 /// the first one.
-fn best<'d>(
-    mut candidates: Vec<(Pos2, &'d Candidate)>,
+fn best(
+    mut candidates: Vec<(Pos2, &Candidate)>,
     at: Pos2,
     is_preferred: impl Fn(&Candidate) -> bool,
-) -> Option<&'d Candidate> {
+) -> Option<&Candidate> {
     candidates.sort_by(|(a, _), (b, _)| a.distance(at).total_cmp(&b.distance(at)));
     let nearest = candidates.first().filter(|(place, _)| place.distance(at) < NEAR);
     let possible = || candidates.iter().filter(|(_, candidate)| candidate.refusal.is_none());
