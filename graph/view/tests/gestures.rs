@@ -51,7 +51,7 @@ fn gestures_are_steps_of_undo_and_undo_gives_the_bytes_of_before() {
     settle(&mut model);
     assert!(apart(&first, &picture(&model)) <= 1);
     (0..gestures.len()).for_each(|_| model.redo());
-    assert_eq!(Some(&*model.editor().text()), texts.last().map(|text| &**text));
+    assert_eq!(Some(model.editor().text()), texts.last().map(|text| &**text));
 }
 
 #[test]
