@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn words_are_found_whatever_their_case_and_letters() {
-        assert_eq!(places("Ann\u{ef}e: \u{c4}nn", "\u{e4}nn"), [7..10]);
+        assert_eq!(places("Ann\u{ef}e: \u{c4}nn", "\u{e4}nn").as_slice(), std::slice::from_ref(&(7..10)));
         assert_eq!(places("aAa", "A"), [0..1, 1..2, 2..3]);
         assert!(places("abc", "").is_empty() && places("ab", "abc").is_empty());
     }
