@@ -117,7 +117,7 @@ fn what_does_not_fit_on_a_wire_is_refused_with_the_error_of_the_check() {
     let refusal = |kind, reader| edited(BASE, None, &insert(kind, "new", reader)).unwrap_err();
     assert!(refusal("Encode", reader("mapped", "source")).starts_with("state-conflict: "));
     assert!(refusal("Vignettes", reader("mapped", "source")).starts_with("unknown-kind: "));
-    assert!(refusal("DemoScene", reader("mapped", "source")).starts_with("no-input: "));
+    assert!(refusal("DemoScene", reader("mapped", "source")).starts_with("not-edited: "));
     let taken = edited(BASE, None, &insert("Vignette", "lit", reader("mapped", "source")));
     assert_eq!(taken.unwrap_err(), "doubled: a node is called `lit` already");
     let cycle = edited(BASE, None, &connect(reader("bright", "source"), "lit"));
@@ -195,7 +195,7 @@ fn a_node_is_switched_at_a_tier_alone() {
     let off = Edit::SwitchAtTier { node: "bright".into(), on: Some(false) };
     let high = edited(BASE, Some("high"), &off).unwrap();
     assert_eq!(high, BASE.replace("\"high\": {},", "\"high\": {\n            \"bright\": Off,\n        },"));
-    assert_eq!(edited(BASE, None, &off).unwrap_err(), "no-tier: no tier is shown at which `bright` could differ");
+    assert_eq!(edited(BASE, None, &off).unwrap_err(), "not-edited: no tier is shown at which `bright` could differ");
     let again = Edit::SwitchAtTier { node: "bright".into(), on: None };
     assert_eq!(edited(&high, Some("high"), &again).unwrap(), BASE);
     let on = Edit::SwitchAtTier { node: "bloom".into(), on: Some(true) };
@@ -237,7 +237,7 @@ fn nodes_of_other_files_are_refused_with_their_places() {
     let replacing = "inherited: `lit` takes the place of a node of `base.ron`";
     assert_eq!(refusal(&remove("lit")), replacing);
     assert_eq!(refusal(&rename("lit", "x")), replacing);
-    let nested = "nested: `glow/kept` is written in `looks/inner.ron`, which `glow` uses";
+    let nested = "not-edited: `glow/kept` is written in `looks/inner.ron`, which `glow` uses";
     assert_eq!(refusal(&remove("glow/kept")), nested);
     assert_eq!(refusal(&connect(reader("glow/kept", "source"), "scene")), nested);
     assert_eq!(refusal(&insert("Vignette", "x", reader("glow/kept", "source"))), nested);

@@ -15,14 +15,14 @@ pub(super) fn own_node<'b>(before: &'b Before<'_>, state: &State<'_>, name: &str
         let base = before.file.document.extends.as_ref().map_or("", |extends| &extends.value);
         let message = format!("{} takes the place of a node of {}", quote(name), quote(base));
         let help = "without it the other one would be there again: edit the text";
-        return Err(Diagnostic::error("not-saved", message).help(help));
+        return Err(Diagnostic::error("not-edited", message).help(help));
     }
     let inherited = state.document.nodes.iter().find(|entry| entry.name.value == name);
     if let Some(entry) = inherited {
         let file = quote(&entry.name.location.file);
         let message = format!("{} is written in {file}, which this file extends", quote(name));
         let help = format!("open {file}; here it can be switched off, or get another `label`");
-        return Err(Diagnostic::error("not-saved", message).help(help));
+        return Err(Diagnostic::error("not-edited", message).help(help));
     }
     Err(nested(state, name).unwrap_or_else(|| state.unknown_node(name)))
 }
@@ -33,7 +33,7 @@ fn nested(state: &State<'_>, name: &str) -> Option<Diagnostic> {
     let file = &state.node(name)?.kind_location.file;
     let message = format!("{} is written in {}, which {} uses", quote(name), quote(file), quote(outer));
     let help = format!("open {}; here it can be switched off, and its parameters can be set", quote(file));
-    Some(Diagnostic::error("not-saved", message).help(help))
+    Some(Diagnostic::error("not-edited", message).help(help))
 }
 
 /// Refuses a name that a node or an input has.
@@ -80,7 +80,7 @@ pub(super) fn no_input(state: &State<'_>, reader: &Reader) -> Diagnostic {
 }
 
 pub(super) fn unread_output(name: &str) -> Diagnostic {
-    Diagnostic::error("not-saved", format!("the output {} needs a wire", quote(name)))
+    Diagnostic::error("not-edited", format!("the output {} needs a wire", quote(name)))
         .help("wire it to another node, or remove it from the text")
 }
 
@@ -88,5 +88,5 @@ pub(super) fn unread_output(name: &str) -> Diagnostic {
 pub(super) fn inherited_wire(reader: &Reader, location: &Location) -> Diagnostic {
     let file = quote(&location.file);
     let message = format!("the wire to {reader} is written in {file}: no override takes it away");
-    Diagnostic::error("not-saved", message).help(format!("open {file}, or wire it to something else"))
+    Diagnostic::error("not-edited", message).help(format!("open {file}, or wire it to something else"))
 }

@@ -183,7 +183,7 @@ fn insert(
     let present = state.settings.get(&reader.key()).map(|setting| &setting.value);
     let Some(Stated::Wire(Some(wire))) = present else {
         return Err(match present {
-            Some(Stated::Wire(None)) => Diagnostic::error("not-saved", format!("nothing is wired to {reader}"))
+            Some(Stated::Wire(None)) => Diagnostic::error("not-edited", format!("nothing is wired to {reader}"))
                 .help("add the node, and wire it then"),
             _ => no_input(state, reader),
         });
@@ -192,7 +192,7 @@ fn insert(
         Some(Some(input)) => vec![(input.to_owned(), wire.clone())],
         Some(None) => {
             let message = format!("{} reads nothing: it cannot come between two nodes", quote(kind));
-            return Err(Diagnostic::error("not-saved", message));
+            return Err(Diagnostic::error("not-edited", message));
         }
         // The check knows the names of kinds.
         None => Vec::new(),
@@ -243,7 +243,7 @@ fn remove(
             (Some(None), None) => {
                 let message =
                     format!("an output of the pipeline reads {}, and nothing can take its place", quote(node));
-                return Err(Diagnostic::error("not-saved", message).help("wire the output to another node first"));
+                return Err(Diagnostic::error("not-edited", message).help("wire the output to another node first"));
             }
             (None, _) => {}
         }
@@ -256,7 +256,7 @@ fn remove(
             Some(Some(other)) => edits.add_override(None, key, format!("{other:?}")),
             Some(None) => {
                 let message = format!("{} of another file reads {}", quote(key), quote(node));
-                return Err(Diagnostic::error("not-saved", message).help("wire it to another node first"));
+                return Err(Diagnostic::error("not-edited", message).help("wire it to another node first"));
             }
             None => {}
         }
@@ -303,7 +303,7 @@ fn switch(
 ) -> Result<Effect, Diagnostic> {
     let Some(tier) = tier else {
         let message = format!("no tier is shown at which {} could differ", quote(node));
-        return Err(Diagnostic::error("not-saved", message).help("choose a tier first"));
+        return Err(Diagnostic::error("not-edited", message).help("choose a tier first"));
     };
     let setting = state.settings.get(node).filter(|setting| setting.is_switch());
     let setting = setting.ok_or_else(|| state.unknown_node(node))?;
@@ -316,7 +316,7 @@ fn switch(
         (None, Some(own), _) => edits.remove(own.start),
         (None, None, Some(other)) => {
             let message = format!("{} is switched at this tier in {}", quote(node), quote(&other.file));
-            return Err(Diagnostic::error("not-saved", message).help("switch it here: this file then has the tier"));
+            return Err(Diagnostic::error("not-edited", message).help("switch it here: this file then has the tier"));
         }
         (None, None, None) => return Ok(Effect::Values(NewValues::new())),
     }
