@@ -231,10 +231,10 @@ fn nodes_of_other_files_are_refused_with_their_places() {
     let own = r#"Pipeline(extends: "base.ron", nodes: { "lit": Composite(base: "exposed", bloom: "bloom"),
         "glow": Pipeline(file: "looks/inner.ron", scene: "scene") }, outputs: { "light": "glow" })"#;
     let refusal = |edit: &Edit| folder.edit(own, None, edit).unwrap_err();
-    let inherited = "inherited: `bright` is written in `base.ron`, which this file extends";
+    let inherited = "not-edited: `bright` is written in `base.ron`, which this file extends";
     assert_eq!(refusal(&remove("bright")), inherited);
     assert_eq!(refusal(&rename("bright", "x")), inherited);
-    let replacing = "inherited: `lit` takes the place of a node of `base.ron`";
+    let replacing = "not-edited: `lit` takes the place of a node of `base.ron`";
     assert_eq!(refusal(&remove("lit")), replacing);
     assert_eq!(refusal(&rename("lit", "x")), replacing);
     let nested = "not-edited: `glow/kept` is written in `looks/inner.ron`, which `glow` uses";
@@ -242,7 +242,7 @@ fn nodes_of_other_files_are_refused_with_their_places() {
     assert_eq!(refusal(&connect(reader("glow/kept", "source"), "scene")), nested);
     assert_eq!(refusal(&insert("Vignette", "x", reader("glow/kept", "source"))), nested);
     let none = Edit::Connect { reader: reader("mapped", "source"), wire: None };
-    let kept = "inherited: the wire to `source` of `mapped` is written in `base.ron`: no override takes it away";
+    let kept = "not-edited: the wire to `source` of `mapped` is written in `base.ron`: no override takes it away";
     assert_eq!(refusal(&none), kept);
     let unknown = refusal(&connect(reader("mapped", "sauce"), "lit"));
     assert_eq!(unknown, "unknown-port: `mapped` has no input `sauce`");
