@@ -245,7 +245,7 @@ fn nodes_of_other_files_are_refused_with_their_places() {
     let kept = "not-edited: the wire to `source` of `mapped` is written in `base.ron`: no override takes it away";
     assert_eq!(refusal(&none), kept);
     let unknown = refusal(&connect(reader("mapped", "sauce"), "lit"));
-    assert_eq!(unknown, "unknown-port: `mapped` has no input `sauce`");
+    assert_eq!(unknown, "unknown-field: `mapped` has no input `sauce`");
     assert_eq!(refusal(&remove("nothing")), "unknown-node: no node is called `nothing`");
     let nowhere = refusal(&connect(Reader::Output("lights".into()), "lit"));
     assert_eq!(nowhere, "unknown-output: the pipeline has no output `lights`");
