@@ -18,7 +18,9 @@ Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${viewer:-} 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
 export DISPLAY=$display
+# A window that opens while openbox starts is never shown.
 openbox >/dev/null 2>&1 &
+sleep 3
 cp pipelines/lynx.ron "$work/look.ron"
 (cd "$work" && exec "$program" view look.ron --size 320x180 --window 1280x720 >"$work/log" 2>&1) & viewer=$!
 

@@ -18,7 +18,9 @@ Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${renderer:-} 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
 export DISPLAY=$display
+# A window that opens while openbox starts is never shown.
 openbox >/dev/null 2>&1 &
+sleep 3
 "$program" --still "$work/wanted.ppm" 640x360
 "$program" --still >"$work/log" 2>&1 & renderer=$!
 
