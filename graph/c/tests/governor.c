@@ -1,9 +1,7 @@
 /* The tiers that a governor may choose, and its reasons. It needs no device. tests/c.sh builds and runs it. */
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
-#include "afterimage.h"
+#include "expect.h"
 
 static const char *const PIPELINE =
     "Pipeline(\n"
@@ -18,18 +16,6 @@ static const char *const PIPELINE =
     "    },\n"
     ")\n";
 static const char *const TIERS[] = {"low", "high", "best"};
-
-static int faults = 0;
-
-static void expect(bool right, int line, const char *what) {
-    if (!right) {
-        fprintf(stderr, "line %d: %s; the last error is: %s\n", line, what, afterimage_error());
-        faults++;
-    }
-}
-
-#define HOLDS(what) expect(what, __LINE__, #what)
-#define FAILS(call, text) expect(!(call) && strstr(afterimage_error(), text), __LINE__, #call)
 
 static bool has_tier(AfterimagePipeline *look, const char *name) {
     const char *tier;

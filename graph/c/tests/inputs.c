@@ -1,21 +1,7 @@
 /* Depth, cameras, volumes and times, by what they mean. tests/c.sh builds and runs it. */
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
-#include "afterimage.h"
-
-static int faults = 0;
-
-static void expect(bool right, int line, const char *what) {
-    if (!right) {
-        fprintf(stderr, "line %d: %s; the last error is: %s\n", line, what, afterimage_error());
-        faults++;
-    }
-}
-
-#define HOLDS(what) expect(what, __LINE__, #what)
-#define FAILS(call, text) expect(!(call) && strstr(afterimage_error(), text), __LINE__, #call)
+#include "expect.h"
 
 /* The distance of the depth 0.25 where the near plane, at 1, is `near` meters away and the far plane infinitely far. */
 static void cameras(void) {
