@@ -6,6 +6,8 @@ mod atomic;
 #[cfg(feature = "avif")]
 mod avif;
 mod budget;
+#[cfg(any(feature = "avif", feature = "jxl"))]
+mod decoders;
 mod described;
 mod dpx;
 mod exr_attributes;

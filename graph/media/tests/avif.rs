@@ -3,6 +3,7 @@
 use afterimage_base::color::{Chromaticities, Colorimetry, GRAPHICS_WHITE, Transfer};
 use afterimage_media::{Budget, ErrorKind, Picture, ReadOptions, Source, read_description, read_within};
 
+use super::decoders::{check_alpha, check_cut_and_changed, read_apart};
 use super::{Folder, bytes};
 
 /// Twelve bits in Display P3: `-l -d 12 --cicp 12/13/0`.
@@ -121,11 +122,6 @@ const ALPHA_CODES: [[u8; 4]; 6] = [
     [115, 100, 227, 132],
 ];
 
-fn read_apart(folder: &Folder, file: &[u8]) -> Picture {
-    let options = ReadOptions { premultiplied: false, ..Budget(1 << 30).into() };
-    read_within(&Source::file(folder.with("a.avif", file)), options).unwrap_or_else(|error| panic!("{error}"))
-}
-
 /// Compares light with that of codes, within three of 65535.
 fn check(picture: &Picture, color: Colorimetry, codes: &[[u16; 3]]) {
     let unit = if color.transfer == Transfer::Pq { 10000.0 / 203.0 } else { 1.0 };
@@ -156,7 +152,7 @@ fn codes_of_every_depth_and_layout_are_those_of_avifdec() {
         (HALVED, (4, 6), Colorimetry::SRGB, Colorimetry::SRGB, &HALVED_CODES, "10 bits"),
         (GRAY, (3, 2), Colorimetry::SRGB, Colorimetry::SRGB, &GRAY_CODES, "8 bits"),
     ] {
-        let picture = read_apart(&folder, &bytes(file));
+        let picture = read_apart(&folder, "a.avif", &bytes(file));
         assert_eq!((picture.width, picture.height, picture.stated), (size.0, size.1, Some(stated)));
         check(&picture, color, codes);
         let described = read_description(&Source::file(folder.file("a.avif"))).unwrap();
@@ -174,52 +170,27 @@ fn colors_are_those_of_the_frame_where_the_file_states_none() {
     let mut file = bytes(RGB);
     let at = file.windows(4).position(|name| name == b"colr").expect("a box");
     file[at..at + 4].copy_from_slice(b"free");
-    let picture = read_apart(&folder, &file);
+    let picture = read_apart(&folder, "a.avif", &file);
     let p3 = Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb);
     assert_eq!(picture.stated, Some(p3));
     check(&picture, p3, &RGB_CODES);
     // Code points that state nothing are those of sRGB.
     let mut file = bytes(RGB);
     file[at + 8..at + 12].copy_from_slice(&[0, 2, 0, 2]);
-    let picture = read_apart(&folder, &file);
+    let picture = read_apart(&folder, "a.avif", &file);
     assert_eq!(picture.stated, None);
     check(&picture, Colorimetry::SRGB, &RGB_CODES);
 }
 
 #[test]
 fn alpha_is_straight_and_multiplied_where_it_is_asked_for() {
-    let folder = Folder::new("avif-alpha");
-    let apart = read_apart(&folder, &bytes(ALPHA)).pixels.to_f32();
-    let picture = folder.read(&bytes(ALPHA)).unwrap().pixels.to_f32();
-    let pixels = apart.as_chunks::<4>().0.iter().zip(picture.as_chunks::<4>().0).zip(ALPHA_CODES);
-    for ((apart, multiplied), codes) in pixels {
-        let alpha = f32::from(codes[3]) / 255.0;
-        for channel in 0..3 {
-            let light = Transfer::Srgb.to_light(f64::from(codes[channel]) / 255.0) as f32;
-            assert!((apart[channel] - light).abs() < 1e-5, "{apart:?} {codes:?}");
-            assert!((multiplied[channel] - light * alpha).abs() < 1e-5, "{multiplied:?} {codes:?}");
-        }
-        assert!((apart[3] - alpha).abs() < 1e-6 && multiplied[3] == apart[3]);
-    }
+    check_alpha(&Folder::new("avif-alpha"), "a.avif", &bytes(ALPHA), &ALPHA_CODES);
 }
 
 #[test]
 fn a_file_that_is_cut_or_changed_is_read_or_refused() {
     let folder = Folder::new("avif-hostile");
-    for file in [RGB, PQ, ALPHA, HALVED, GRAY].map(bytes) {
-        for length in 12..file.len() {
-            let kind = folder.read(&file[..length]).map_err(|error| error.kind);
-            assert!(matches!(kind, Ok(_) | Err(ErrorKind::Broken)), "{length}: {kind:?}");
-        }
-        assert!(folder.read(&file[..file.len() / 2]).is_err());
-        for at in 12..file.len() {
-            for value in [0, 0xff, file[at] ^ 0x41] {
-                let mut changed = file.clone();
-                changed[at] = value;
-                let _ = folder.read(&changed);
-            }
-        }
-    }
+    check_cut_and_changed(&folder, [RGB, PQ, ALPHA, HALVED, GRAY].map(bytes));
     let options = ReadOptions { ..Budget(64).into() };
     let error = read_within(&Source::file(folder.with("b.avif", &bytes(RGB))), options).unwrap_err();
     assert_eq!(error.kind, ErrorKind::TooLarge);

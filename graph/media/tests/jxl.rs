@@ -1,8 +1,9 @@
 //! JPEG XL in. The files are of cjxl 0.7, without loss, from codes that djxl gives back.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
-use afterimage_media::{Budget, ErrorKind, Picture, ReadOptions, Source, read_description, read_within};
+use afterimage_media::{Budget, ErrorKind, ReadOptions, Source, read_description, read_within};
 
+use super::decoders::{check_alpha, check_cut_and_changed, read_apart};
 use super::{Folder, bytes};
 
 /// `cjxl -d 0` of 16 bits.
@@ -36,11 +37,6 @@ const ALPHA_CODES: [[u8; 4]; 6] = [
     [115, 100, 227, 132],
 ];
 
-fn read_apart(folder: &Folder, file: &str) -> Picture {
-    let options = ReadOptions { premultiplied: false, ..Budget(1 << 30).into() };
-    read_within(&Source::file(folder.with("a.jxl", &bytes(file))), options).unwrap_or_else(|error| panic!("{error}"))
-}
-
 #[test]
 fn codes_of_every_space_are_those_that_were_encoded() {
     let folder = Folder::new("jxl");
@@ -50,7 +46,7 @@ fn codes_of_every_space_are_those_that_were_encoded() {
         (PQ, hdr, 10000.0 / 203.0),
         (LINEAR, Colorimetry::linear(Chromaticities::DISPLAY_P3), 1.0),
     ] {
-        let picture = read_apart(&folder, file);
+        let picture = read_apart(&folder, "a.jxl", &bytes(file));
         assert_eq!((picture.width, picture.height, picture.stated), (3, 2, Some(color)));
         let matrix = color.primaries.conversion(&Chromaticities::REC709);
         for (pixel, codes) in picture.pixels.to_f32().as_chunks::<4>().0.iter().zip(CODES) {
@@ -70,38 +66,13 @@ fn codes_of_every_space_are_those_that_were_encoded() {
 
 #[test]
 fn alpha_is_straight_and_multiplied_where_it_is_asked_for() {
-    let folder = Folder::new("jxl-alpha");
-    let apart = read_apart(&folder, ALPHA).pixels.to_f32();
-    let picture = folder.read(&bytes(ALPHA)).unwrap().pixels.to_f32();
-    let pixels = apart.as_chunks::<4>().0.iter().zip(picture.as_chunks::<4>().0).zip(ALPHA_CODES);
-    for ((apart, multiplied), codes) in pixels {
-        let alpha = f32::from(codes[3]) / 255.0;
-        for channel in 0..3 {
-            let light = Transfer::Srgb.to_light(f64::from(codes[channel]) / 255.0) as f32;
-            assert!((apart[channel] - light).abs() < 1e-5, "{apart:?} {codes:?}");
-            assert!((multiplied[channel] - light * alpha).abs() < 1e-5, "{multiplied:?} {codes:?}");
-        }
-        assert!((apart[3] - alpha).abs() < 1e-6 && multiplied[3] == apart[3]);
-    }
+    check_alpha(&Folder::new("jxl-alpha"), "a.jxl", &bytes(ALPHA), &ALPHA_CODES);
 }
 
 #[test]
 fn a_file_that_is_cut_or_changed_is_read_or_refused() {
     let folder = Folder::new("jxl-hostile");
-    for file in [SRGB, PQ, LINEAR, ALPHA].map(bytes) {
-        for length in 12..file.len() {
-            let kind = folder.read(&file[..length]).map_err(|error| error.kind);
-            assert!(matches!(kind, Ok(_) | Err(ErrorKind::Broken)), "{length}: {kind:?}");
-        }
-        assert!(folder.read(&file[..file.len() / 2]).is_err());
-        for at in 12..file.len() {
-            for value in [0, 0xff, file[at] ^ 0x41] {
-                let mut changed = file.clone();
-                changed[at] = value;
-                let _ = folder.read(&changed);
-            }
-        }
-    }
+    check_cut_and_changed(&folder, [SRGB, PQ, LINEAR, ALPHA].map(bytes));
     let options = ReadOptions { ..Budget(64).into() };
     let error = read_within(&Source::file(folder.with("b.jxl", &bytes(SRGB))), options).unwrap_err();
     assert_eq!(error.kind, ErrorKind::TooLarge);
