@@ -165,7 +165,7 @@ fn a_driver_that_does_not_fit_is_not_called_missing() {
     limited.args(["-c", "ulimit -v 170000; exec \"$0\" \"$@\""]).arg(program.get_program()).args(program.get_args());
     limited.current_dir(folder.file(".")).stdin(Stdio::null());
     let outcome = super::Outcome::of(&limited.output().expect("the program starts"));
-    outcome.fails_saying(2, &["its driver may need more memory than 166 MiB", "`ulimit -v`"]);
+    outcome.fails_saying(2, &["its driver may need more memory", "no more than 166 MiB of memory (`ulimit -v`)"]);
 }
 
 #[test]

@@ -37,9 +37,10 @@ fn a_file_that_may_not_become_so_large_is_an_error() {
 fn too_little_memory_is_told_as_such() {
     let folder = Folder::new("limit-memory");
     save(&folder.file("room.exr"), &room(64, 36));
-    for kibibytes in [60_000, 180_000, 400_000, 850_000, 1_000_000] {
+    // What ends first, and what the driver calls it, changes with each of its libraries.
+    for kibibytes in (60_000..=1_100_000).step_by(40_000) {
         let outcome = folder.run_limited(&format!("ulimit -v {kibibytes}"), "render {glare} room.exr -o out.png");
-        let told = ["memory", "thread"].iter().any(|word| outcome.err.contains(word));
+        let told = outcome.err.contains("(`ulimit -v`)");
         let is_told = outcome.status == Some(2) && told && !outcome.err.contains("is wrong");
         assert!(outcome.status == Some(0) || is_told, "{kibibytes}: {outcome:?}");
         assert!(!outcome.err.contains("panicked"), "{kibibytes}: {outcome:?}");

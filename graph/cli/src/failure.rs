@@ -66,6 +66,16 @@ impl Failure {
         self
     }
 
+    /// Adds the limit of this process's memory, if it has one. Drivers name many causes where they get too little.
+    fn or_limited_memory(self) -> Self {
+        match memory_limit() {
+            None => self,
+            Some(limit) => {
+                self.hint(format!("this process may use no more than {} MiB of memory (`ulimit -v`)", limit >> 20))
+            }
+        }
+    }
+
     /// Names the file in which the error is.
     pub(crate) fn at(mut self, file: &Path) -> Self {
         if let Self::Error { message, .. } = &mut self {
@@ -147,10 +157,11 @@ impl From<PlanError> for Failure {
             PlanError::TooMuchHostMemory { .. } => Some("`--memory SIZE` allows more"),
             _ => None,
         };
-        let status = if error.is_of_system() { 2 } else { 1 };
-        let failure = Self::of_lines("plan", error, status);
+        let is_of_system = error.is_of_system();
+        let failure = Self::of_lines("plan", error, if is_of_system { 2 } else { 1 });
         match hint {
             Some(hint) => failure.hint(hint),
+            None if is_of_system => failure.or_limited_memory(),
             None => failure,
         }
     }
@@ -163,19 +174,15 @@ impl From<GpuError> for Failure {
                 Self::user(error).hint("scale it down, or choose another device with `--adapter`")
             }
             // Without memory, the loader of drivers finds none.
-            GpuError::NoAdapter { wanted: None, .. } => match memory_limit() {
-                None => Self::machine(error),
-                Some(limit) => {
-                    let mebibytes = limit >> 20;
-                    Self::machine(format!("no graphics adapter: its driver may need more memory than {mebibytes} MiB"))
-                        .hint("this process may use no more (`ulimit -v`)")
-                }
-            },
+            GpuError::NoAdapter { wanted: None, .. } if memory_limit().is_some() => {
+                Self::machine("no graphics adapter: its driver may need more memory").or_limited_memory()
+            }
+            GpuError::NoAdapter { wanted: None, .. } => Self::machine(error),
             GpuError::NoAdapter { wanted: Some(_), .. } => Self::user(error),
             GpuError::Shader(_) => Self::of_lines("arguments", error, 1),
             GpuError::NoThreads { .. } => Self::machine(error)
                 .hint("its user or this process may have no more (`ulimit -u`), or no memory for them (`ulimit -v`)"),
-            _ => Self::of_lines("machine", error, 2),
+            _ => Self::of_lines("machine", error, 2).or_limited_memory(),
         }
     }
 }

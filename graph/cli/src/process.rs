@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
+use afterimage_gpu::GpuError;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::failure::Failure;
@@ -89,8 +90,7 @@ pub(crate) fn start_threads() -> Result<(), Failure> {
 }
 
 fn no_thread(why: impl std::fmt::Display) -> Failure {
-    Failure::machine(format!("the system has no further thread for this program: {why}"))
-        .hint("its user or this process may have no more (`ulimit -u`), or no memory for them (`ulimit -v`)")
+    GpuError::NoThreads { why: why.to_string() }.into()
 }
 
 #[cfg(target_os = "linux")]
