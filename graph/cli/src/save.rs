@@ -30,12 +30,9 @@ impl SaveOptions {
     /// floats in EXR.
     pub(crate) fn plain(format: ImageFormat) -> Self {
         let encoding = match format {
-            ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Dpx | ImageFormat::Jxl | ImageFormat::Avif => {
-                Encoding::EXR
-            }
-            ImageFormat::Png => Encoding::PNG,
+            ImageFormat::Png | ImageFormat::Tiff => Encoding { format, ..Encoding::PNG },
             ImageFormat::Jpeg => Encoding::JPEG,
-            ImageFormat::Tiff => Encoding { format, ..Encoding::PNG },
+            _ => Encoding::EXR,
         };
         Self { encoding, noise: Noise::default() }
     }

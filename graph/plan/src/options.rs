@@ -27,6 +27,10 @@ pub struct Options {
     /// Replaces `bake` of all nodes but those that have `Off`. Exact plans have no tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
+    /// Computes nodes with `bake: Auto` for every pixel: for a plan that renders a single frame, where filling a table
+    /// takes longer than it saves.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub one_frame: bool,
     /// Runs each untrusted function once more, to count the pixels where it returns numbers that are not finite or
     /// has loops that are ended: see [`Plan::fault_counters`](crate::Plan::fault_counters). Compares tables with their
     /// nodes.
@@ -46,6 +50,7 @@ impl Default for Options {
             batches_first: false,
             bounds_checks: false,
             bake: None,
+            one_frame: false,
             count_faults: false,
         }
     }

@@ -189,6 +189,21 @@ fn a_table_has_the_layout_that_its_shader_reads() {
 }
 
 #[test]
+fn a_plan_of_one_frame_has_the_tables_alone_that_have_a_size() {
+    let table = |bake: &str, options| tables(&planned_with(
+        &format!(r#""a": ToneMap(source: "in", bake: {bake}), "out": Encode(source: "a")"#),
+        all_formats(),
+        options,
+    ));
+    let one_frame = Options { one_frame: true, ..Options::default() };
+    assert_eq!(table("Auto", Options::default()), ["a out"]);
+    assert!(table("Auto", one_frame).is_empty());
+    assert_eq!(table("33", one_frame), ["a out"]);
+    // What the user asks for beside the file is meant.
+    assert_eq!(table("Auto", Options { bake: Some(Bake::Auto), ..one_frame }), ["a out"]);
+}
+
+#[test]
 fn a_table_is_made_only_where_the_device_has_images_as_wide() {
     let nodes = r#""out": ToneMap(source: "in", bake: Auto)"#;
     let width = passes(&planned(nodes)).0.function_result().map(|image| planned(nodes).image(image).desc.size.width);

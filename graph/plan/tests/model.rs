@@ -29,6 +29,7 @@ pub const PLAIN: Options = Options {
     bounds_checks: false,
     bake: None,
     count_faults: false,
+    one_frame: false,
 };
 
 /// Every way in which a plan differs from it.

@@ -58,6 +58,9 @@ class TestCase(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def program(self, *arguments):
+        """Runs the program; images alone have baked LUTs, as those of a pipeline object."""
+        if arguments[0] == "render":
+            arguments += ("--plan", "bake=Auto")
         done = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, f"{arguments}: {done.stderr}")
         return done.stdout

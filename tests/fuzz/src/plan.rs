@@ -203,6 +203,7 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         bounds_checks: choices.flag(),
         bake: choices.one_of(&[None, Some(Bake::Off), Some(Bake::Auto), Some(Bake::Size(33))]),
         count_faults: false,
+        one_frame: false,
     }
 }
 

@@ -39,10 +39,11 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         say(&path.display().to_string());
         Ok::<_, Failure>(())
     };
+    let options = Options { one_frame: true, ..Options::default() };
     let time = vec![format!("scene.time={:?}", args.time)];
     let renderer = graph(&registry, "scene", RENDERER, time)?;
     let camera = scene(&renderer).map(|scene| scene_camera(&scene, size));
-    let mut scene = session(&gpu, renderer, Facts::default(), Options::default());
+    let mut scene = session(&gpu, renderer, Facts::default(), options);
     scene.render(size, &[], FrameStep::FIRST)?;
     let texels = scene.output("scene")?;
     saved("scene", &texels, stated(&scene, "scene"), ImageFormat::Exr)?;
@@ -51,7 +52,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         let graph = graph(&registry, name, text, Vec::new())?;
         let GraphOutput { name: output, source, .. } = choose_output(&graph, None, true)?.clone();
         let graph = unquantized(graph, &[EncodedFile { source, bits: 8 }], true).graph;
-        let mut demo = session(&gpu, graph.clone(), Facts::default(), Options::default());
+        let mut demo = session(&gpu, graph.clone(), Facts::default(), options);
         render(&mut demo, &graph, &images, camera.as_ref())?;
         keep_pipelines(&mut demo);
         let texels = demo.output(&output)?;

@@ -68,9 +68,12 @@ pub(super) fn prepare<'a>(
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &args.options.kinds);
     let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
-    let (facts, options) = (facts(&args.options)?, args.plan.options());
+    let facts = facts(&args.options)?;
     let named_inputs = assignments(&args.inputs, "--input")?;
     let request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
+    // A frame of a sequence or of a host has the pixels that it has there, also where it is rendered alone.
+    let one_frame = args.captured.is_none() && request.jobs.iter().all(|job| job.frame.is_none());
+    let options = Options { one_frame, ..args.plan.options() };
     check_spaces(&request)?;
     let mut prepared = Prepared { request, graph, facts, options };
     if let Some(name) = &args.meter {

@@ -84,12 +84,7 @@ impl Encoding {
         match self.format {
             ImageFormat::Png => self.alpha == Alpha::WhereNeeded || is_hdr,
             ImageFormat::Tiff => self.alpha == Alpha::WhereNeeded,
-            ImageFormat::Exr
-            | ImageFormat::Hdr
-            | ImageFormat::Jpeg
-            | ImageFormat::Dpx
-            | ImageFormat::Jxl
-            | ImageFormat::Avif => false,
+            _ => false,
         }
     }
 

@@ -91,11 +91,15 @@ const ALL: [ForeignFormat; 10] = [
     },
 ];
 
+/// True if a file that starts so has one of the signatures: bytes after so many others.
+pub(super) fn is_signed(start: &[u8], signatures: &[(usize, &[u8])]) -> bool {
+    signatures.iter().any(|(at, bytes)| start.get(*at..).is_some_and(|rest| rest.starts_with(bytes)))
+}
+
 impl ForeignFormat {
     /// The format by the first 16 bytes of a file.
     pub fn of_content(start: &[u8]) -> Option<Self> {
-        let is_there = |(at, bytes): &(usize, &[u8])| start.get(*at..).is_some_and(|rest| rest.starts_with(bytes));
-        ALL.into_iter().find(|format| format.signatures.iter().any(is_there))
+        ALL.into_iter().find(|format| is_signed(start, format.signatures))
     }
 
     /// The format by the ending of a name.

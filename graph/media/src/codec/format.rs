@@ -3,6 +3,7 @@
 use std::io::{BufRead, Read as _, Seek};
 use std::path::Path;
 
+use crate::codec::foreign::is_signed;
 use crate::codec::{CodecError, ErrorKind, ForeignFormat};
 
 /// Declares an enum with an array of its values.
@@ -43,77 +44,104 @@ listed! {
     }
 }
 
+/// Properties of a format that all its files have.
+struct Properties {
+    name: &'static str,
+    endings: &'static [&'static str],
+    /// Bytes at the start of a file, after so many others.
+    signatures: &'static [(usize, &'static [u8])],
+    depths: &'static [u32],
+    is_encoded: bool,
+    is_readable: bool,
+}
+
 impl ImageFormat {
+    fn properties(self) -> Properties {
+        /// A format of codes that is read and not written.
+        const READ: Properties =
+            Properties { name: "", endings: &[], signatures: &[], depths: &[], is_encoded: true, is_readable: true };
+        match self {
+            Self::Exr => Properties {
+                name: "EXR",
+                endings: &["exr", "sxr", "mxr"],
+                signatures: &[(0, b"\x76\x2f\x31\x01")],
+                depths: &[16, 32],
+                is_encoded: false,
+                ..READ
+            },
+            Self::Hdr => Properties {
+                name: "Radiance HDR",
+                endings: &["hdr"],
+                signatures: &[(0, b"#?RADIANCE"), (0, b"#?RGBE")],
+                is_encoded: false,
+                ..READ
+            },
+            Self::Png => Properties {
+                name: "PNG",
+                endings: &["png"],
+                signatures: &[(0, b"\x89PNG\r\n\x1a\n")],
+                depths: &[8, 16],
+                ..READ
+            },
+            Self::Jpeg => Properties {
+                name: "JPEG",
+                endings: &["jpg", "jpeg"],
+                signatures: &[(0, b"\xff\xd8\xff")],
+                depths: &[8],
+                ..READ
+            },
+            Self::Tiff => Properties {
+                name: "TIFF",
+                endings: &["tif", "tiff"],
+                signatures: &[(0, b"II*\0"), (0, b"MM\0*"), (0, b"II+\0"), (0, b"MM\0+")],
+                depths: &[8, 16, 32],
+                ..READ
+            },
+            Self::Dpx => {
+                Properties { name: "DPX", endings: &["dpx"], signatures: &[(0, b"SDPX"), (0, b"XPDS")], ..READ }
+            }
+            Self::Jxl => Properties {
+                name: "JPEG XL",
+                endings: &["jxl"],
+                signatures: &[(0, b"\xff\x0a"), (0, b"\0\0\0\x0cJXL \r\n\x87\n")],
+                is_readable: cfg!(feature = "jxl"),
+                ..READ
+            },
+            Self::Avif => Properties {
+                name: "AVIF",
+                endings: &["avif"],
+                signatures: &[(4, b"ftypavif"), (4, b"ftypavis")],
+                is_readable: cfg!(feature = "avif"),
+                ..READ
+            },
+        }
+    }
+
     /// The formats that this program reads.
     pub fn readable() -> impl Iterator<Item = Self> {
-        let has = |format: Self, is_built: bool| move |known: &Self| is_built || *known != format;
-        Self::ALL
-            .into_iter()
-            .filter(has(Self::Jxl, cfg!(feature = "jxl")))
-            .filter(has(Self::Avif, cfg!(feature = "avif")))
+        Self::ALL.into_iter().filter(|format| format.properties().is_readable)
     }
 
     /// The endings of file names, in lower case; the usual one first.
     pub fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Exr => &["exr", "sxr", "mxr"],
-            Self::Hdr => &["hdr"],
-            Self::Png => &["png"],
-            Self::Jpeg => &["jpg", "jpeg"],
-            Self::Tiff => &["tif", "tiff"],
-            Self::Dpx => &["dpx"],
-            Self::Jxl => &["jxl"],
-            Self::Avif => &["avif"],
-        }
-    }
-
-    /// The first bytes of files, of an AVIF those after the length of its first box.
-    fn signatures(self) -> &'static [&'static [u8]] {
-        match self {
-            Self::Exr => &[b"\x76\x2f\x31\x01"],
-            Self::Hdr => &[b"#?RADIANCE", b"#?RGBE"],
-            Self::Png => &[b"\x89PNG\r\n\x1a\n"],
-            Self::Jpeg => &[b"\xff\xd8\xff"],
-            Self::Tiff => &[b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"],
-            Self::Dpx => &[b"SDPX", b"XPDS"],
-            Self::Jxl => &[b"\xff\x0a", b"\0\0\0\x0cJXL \r\n\x87\n"],
-            Self::Avif => &[b"ftypavif", b"ftypavis"],
-        }
+        self.properties().endings
     }
 
     /// The name for users.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Exr => "EXR",
-            Self::Hdr => "Radiance HDR",
-            Self::Png => "PNG",
-            Self::Jpeg => "JPEG",
-            Self::Tiff => "TIFF",
-            Self::Dpx => "DPX",
-            Self::Jxl => "JPEG XL",
-            Self::Avif => "AVIF",
-        }
+        self.properties().name
     }
 
     /// The bits of a channel that can be written, in codes or, for EXR and the 32 of TIFF, in floats; none for a format
     /// that is read only.
     pub fn depths(self) -> &'static [u32] {
-        match self {
-            Self::Exr => &[16, 32],
-            Self::Hdr | Self::Dpx | Self::Jxl | Self::Avif => &[],
-            Self::Png => &[8, 16],
-            Self::Jpeg => &[8],
-            Self::Tiff => &[8, 16, 32],
-        }
+        self.properties().depths
     }
 
     /// Returns whether files hold codes of a transfer function, of a TIFF those without floats; otherwise they hold
     /// linear color.
     pub fn is_encoded(self) -> bool {
-        match self {
-            Self::Exr | Self::Hdr => false,
-            Self::Png | Self::Jpeg | Self::Tiff | Self::Dpx | Self::Jxl | Self::Avif => true,
-        }
+        self.properties().is_encoded
     }
 
     /// The format by the ending of a file's name.
@@ -126,12 +154,7 @@ impl ImageFormat {
     /// The format by the signature; the reader is at its start again afterwards.
     pub(crate) fn of_content(reader: &mut (impl BufRead + Seek)) -> Result<Self, CodecError> {
         let start = first_bytes(reader).map_err(|error| CodecError::reading(&error))?;
-        let is_signed = |format: &Self| {
-            let from = if *format == Self::Avif { 4 } else { 0 };
-            let start = start.get(from..).unwrap_or_default();
-            format.signatures().iter().any(|signature| start.starts_with(signature))
-        };
-        if let Some(format) = Self::readable().find(is_signed) {
+        if let Some(format) = Self::readable().find(|format| is_signed(&start, format.properties().signatures)) {
             Ok(format)
         } else if start.is_empty() {
             Err(CodecError::new(ErrorKind::Broken, "the file is empty").hint("copy or render it again"))

@@ -32,9 +32,7 @@ pub fn row_writer(
         ImageFormat::Png => Ok((Box::new(PngRows::new(to, size, encoding, None)?), other_aspect())),
         ImageFormat::Jpeg => Ok((Box::new(JpegRows::new(to, size, encoding)?), other_aspect())),
         ImageFormat::Tiff => Ok((Box::new(TiffRows::new(to, size, encoding)?), other_aspect())),
-        ImageFormat::Hdr | ImageFormat::Dpx | ImageFormat::Jxl | ImageFormat::Avif => {
-            unreachable!("the format has no depth")
-        }
+        _ => unreachable!("the format has no depth"),
     }
 }
 

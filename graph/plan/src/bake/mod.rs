@@ -20,7 +20,7 @@ pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanReque
     if request.options.exact {
         return;
     }
-    let runs = runs(builder, graph, request.options.bake);
+    let runs = runs(builder, graph, &request.options);
     let passes = std::mem::take(&mut builder.recording.passes);
     let mut passes: Vec<Vec<Pass>> = passes.into_iter().map(|pass| vec![pass]).collect();
     for run in runs {

@@ -7,6 +7,7 @@ use afterimage_graph::check::{Graph, GraphNode, Source};
 use afterimage_graph::node::{Arg, Bake, ImageId, KernelCall, KernelOrigin, Origin, Pass, PassKind, Resource};
 
 use crate::builder::PlanBuilder;
+use crate::options::Options;
 
 /// Functions of a run, at most: with those that make the colors and store them they fit into one pass.
 const MAX_FUNCTIONS: usize = 48;
@@ -45,8 +46,8 @@ impl Run {
     }
 }
 
-/// The longest runs of which a node asks for a table. `replaced` is what all nodes ask for that do not refuse.
-pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>) -> Vec<Run> {
+/// The longest runs of which a node asks for a table.
+pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, options: &Options) -> Vec<Run> {
     let passes = &builder.recording.passes;
     let mut readers: BTreeMap<ImageId, usize> = BTreeMap::new();
     for image in passes.iter().flat_map(Pass::reads).filter_map(Resource::image) {
@@ -64,7 +65,7 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
             negative.extend(pass.results.iter().map(|result| result.image));
             continue;
         }
-        let Some(link) = link(builder, graph, pass, replaced) else { continue };
+        let Some(link) = link(builder, graph, pass, options) else { continue };
         let mut chain = if is_read_once(link.source) { open.remove(&link.source) } else { None }.unwrap_or_default();
         if chain.len() == MAX_FUNCTIONS {
             finished.push(std::mem::take(&mut chain));
@@ -113,14 +114,15 @@ fn run(chain: Vec<(usize, Link)>) -> Option<Run> {
 
 /// The pass as a part of a run, if its result is a function of one color. One that reads a value, such as that of a
 /// meter, is none for `Auto`: to fill a table in every frame can cost more than its nodes do.
-fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake>) -> Option<Link> {
+fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, options: &Options) -> Option<Link> {
     let (PassKind::Point | PassKind::Gather, [kernel], [result]) = (&pass.kind, &*pass.kernels, &*pass.results) else {
         return None;
     };
     let Some(KernelOrigin::Node { node, .. }) = kernel.origin else { return None };
     let node = &graph.nodes[node];
-    let bake = match (node.bake, replaced) {
+    let bake = match (node.bake, options.bake) {
         (Some(Bake::Off), _) | (_, Some(Bake::Off)) => return None,
+        (Some(Bake::Auto), None) if options.one_frame => return None,
         (written, replaced) => replaced.or(written),
     };
     let (port, source) = node.instance.invariants().of_color.then(|| color_of(builder, kernel))??;
