@@ -11,10 +11,14 @@ import afterimage::math::between;
 
 struct DepthOfField {
     focus: f32,
+    focal_length: f32,
+    place: vec2f,
+    area: f32,
     rings: i32,
     blades: f32,
     rotation: f32,    // radians
-    strength: f32,    // the radius of the circle of confusion at an infinite distance, in pixels
+    squeeze: f32,
+    strength: f32,    // the radius of the circle of confusion at an infinite distance, in pixels, times 1000 s - F
     max_radius: f32,  // the largest radius, in pixels
     tile: i32,
 }
@@ -23,22 +27,23 @@ const DEPTH_OF_FIELD_PI: f32 = 3.14159265;
 
 // The radius of the circle of confusion in pixels. The gather reads whole pixels and softens the edge of the circle by
 // one: that adds at least the variance of a pixel to the circle's, which is taken off here.
-fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
-    let radius = min(params.strength * abs(z - params.focus) / z, params.max_radius);
+fn depth_of_field_radius(z: f32, focus: f32, params: DepthOfField) -> f32 {
+    let strength = params.strength / (1000.0 * focus - params.focal_length);
+    let radius = min(strength * abs(z - focus) / z, params.max_radius);
     return sqrt(max(radius * radius - 1.0 / 6.0, 0.0));
 }
 
 // The radius and the depth of a pixel. Where edges are smooth, a pixel beside a surface in front of it shows a part of
 // that, whatever its own depth says, so it belongs to that surface: blurred with what is behind, the edge of a sharper
 // one would have steps, and a pixel in focus would draw a line around a blurred one.
-fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    let own = depth_at(depth, at.pixel);
-    let own_radius = depth_of_field_radius(own, params);
+fn depth_of_field_circle_of(depth: texture_2d<f32>, pixel: vec2i, focus: f32, params: DepthOfField) -> vec4f {
+    let own = depth_at(depth, pixel);
+    let own_radius = depth_of_field_radius(own, focus, params);
     var z = own;
     var radius = own_radius;
     for (var i = 0; i < 4; i++) {
-        let other = depth_at(depth, front_beside(at.pixel, i));
-        let found = depth_of_field_radius(other, params);
+        let other = depth_at(depth, front_beside(pixel, i));
+        let found = depth_of_field_radius(other, focus, params);
         let is_sharper = found < radius;
         let is_blurred = found >= 2.0 && other < z;
         if front_is_before(other, own) && select(is_sharper, is_blurred, own_radius < 0.5) {
@@ -47,6 +52,37 @@ fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField
         }
     }
     return vec4f(radius, z, 0.0, 1.0);
+}
+
+fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
+    return depth_of_field_circle_of(depth, at.pixel, params.focus, params);
+}
+
+fn depth_of_field_circle_found(
+    depth: texture_2d<f32>,
+    focus: texture_2d<f32>,
+    at: Point,
+    params: DepthOfField,
+) -> vec4f {
+    return depth_of_field_circle_of(depth, at.pixel, texel(focus, vec2i()).x, params);
+}
+
+// Reads to each side of the place where the focus is found.
+const DEPTH_OF_FIELD_SEARCH: i32 = 16;
+
+// The distance of the nearest surface around a place, within the domain of the focus.
+fn depth_of_field_focus(depth: texture_2d<f32>, params: DepthOfField) -> vec4f {
+    let size = vec2f(textureDimensions(depth));
+    var nearest = 10000.0;
+    for (var y = -DEPTH_OF_FIELD_SEARCH; y <= DEPTH_OF_FIELD_SEARCH; y++) {
+        for (var x = -DEPTH_OF_FIELD_SEARCH; x <= DEPTH_OF_FIELD_SEARCH; x++) {
+            let away = vec2f(f32(x), f32(y)) / f32(DEPTH_OF_FIELD_SEARCH);
+            if dot(away, away) > 1.0 { continue; }
+            let place = vec2i(floor(params.place * size + params.area * size.y * away));
+            nearest = min(nearest, depth_at(depth, place));
+        }
+    }
+    return vec4f(max(nearest, 0.5), 0.0, 0.0, 1.0);
 }
 
 // Half of the angle between two samples of the rings 1 to 16: its cosine and sine. A direction is the one before it,
@@ -164,7 +200,7 @@ fn depth_of_field_gathered(
                 let turns = (f32(i) + 0.5 * f32(ring & 1)) / f32(6 * ring);
                 along *= depth_of_field_edge(2.0 * DEPTH_OF_FIELD_PI * turns, params);
             }
-            let place = at.pixel + vec2i(round(along * direction));
+            let place = at.pixel + vec2i(round(along * direction / vec2f(params.squeeze, 1.0)));
             let other = depth_of_field_surface(texel(circle, place));
             depth_of_field_add(&light, texel(source, place), other, own, nearness, distance, area);
             direction = depth_of_field_turned(direction, turn);

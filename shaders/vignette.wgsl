@@ -5,10 +5,11 @@ struct Vignette {
     intensity: f32,
     smoothness: f32,
     stretch: f32,
+    center: vec2f,
 }
 
 fn vignette(source: vec4f, at: Point, params: Vignette) -> vec4f {
-    let centered = (at.uv - 0.5) * vec2f(params.stretch, 1.0);
+    let centered = (at.uv - params.center) * vec2f(params.stretch, 1.0);
     let radius = length(centered) * (1.0 + params.intensity);
     // A rising step, because smoothstep is undefined for reversed edges.
     let light = 1.0 - smooth_step(0.5 - params.smoothness, 0.5, radius);

@@ -1,11 +1,15 @@
 //! Kinds without Rust: those of `nodes/folders` and, with several passes, of `tests/folders`, compared with CPU references
 //! and by what they are defined to do.
 
+/// Blurs along lines, around a point, and of a width that differs.
+mod blurs;
 mod grading;
 mod indirect;
 mod lens;
 /// Masks, and what is limited to them.
 mod masks;
+/// Strokes of paint and dots of ink.
+mod painting;
 mod reflections;
 mod scale;
 /// Kinds that read other pixels.
@@ -24,32 +28,42 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
 /// The kinds of `nodes/folders` that tests here hold.
-pub const TESTED: [&str; 25] = [
+pub const TESTED: [&str; 35] = [
     "ChannelMixer",
     "ColorKey",
     "Crt",
     "Curves",
     "Denoise",
+    "DirectionalBlur",
     "Fsr1",
     "Glitch",
     "GodRays",
+    "GradientMap",
+    "GradientMask",
     "HueCurves",
+    "Kuwahara",
     "LensProfile",
     "Letterbox",
+    "LogWheels",
     "LumaKey",
     "Mix",
+    "Newsprint",
     "OrderedDither",
     "Over",
     "Palette",
     "Pixelate",
+    "PolygonMask",
     "Premultiply",
+    "RadialBlur",
     "Rcas",
+    "SaturationCurves",
     "ShapeMask",
     "SplitToning",
     "Ssgi",
     "Ssr",
     "Transform",
     "Unpremultiply",
+    "VariableBlur",
 ];
 
 fn kind(name: &str) -> NodeKind {

@@ -25,7 +25,13 @@ node_kind! {
         /// Factor of the circles. 0 changes nothing, 1 is the lens.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);
         /// The distance of the focus.
-        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), unit("m");
+        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), unit("m"), when("autofocus", [false]);
+        /// Focuses on the nearest surface around `place`. It has no memory: the focus jumps with what is there.
+        pub autofocus: bool = false;
+        /// Where the focus is found.
+        pub place: [f32; 2] = [0.5, 0.5] => within(0.0..=1.0), unit("uv"), when("autofocus", [true]);
+        /// The radius around `place` in which surfaces count. At 1, the nearest of nearly the whole image.
+        pub area: f32 = 0.02 => within(0.0..=1.0), usually(0.0..=0.2), unit("heights"), when("autofocus", [true]);
         /// The f-number: the focal length over the diameter of the aperture.
         pub f_stop: f32 = 2.0 => within(0.5..=64.0), usually(1.4..=16.0);
         /// The focal length.
@@ -40,6 +46,8 @@ node_kind! {
         pub blades: u32 = 0 => within(0.0..=16.0);
         /// The direction of a corner of the aperture.
         pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
+        /// The height of a circle over its width: 2 for the ovals of an anamorphic lens.
+        pub squeeze: f32 = 1.0 => within(1.0..=3.0), usually(1.0..=2.0);
     }
 
     const INPUTS: &'static [Input] = &[
@@ -51,11 +59,26 @@ node_kind! {
 }
 
 impl DepthOfField {
-    /// The radius of the circle of confusion of an infinite distance, in pixels of an image of this height.
+    /// The radius of the circle of confusion of an infinite distance, in pixels of an image of this height, times the
+    /// distance in millimeters between the focus and the focal length.
     fn strength(&self, height: f64) -> f64 {
         let focal = f64::from(self.focal_length);
-        let diameter = focal * focal / f64::from(self.f_stop) / (1000.0 * f64::from(self.focus) - focal);
-        0.5 * f64::from(self.amount) * diameter / f64::from(self.sensor) * height
+        let aperture = focal * focal / f64::from(self.f_stop);
+        0.5 * f64::from(self.amount) * aperture / f64::from(self.sensor) * height
+    }
+
+    /// The circles of all pixels, around the focus of the parameters or the one that is found.
+    fn circles(&self, pass: &mut Recorder<'_>, depth: ImageId, numbers: Numbers, desc: ImageDesc) -> ImageId {
+        let circle = pass.transient("circle", desc);
+        if !self.autofocus {
+            numbers.set(pass.function(&SHADER, "depth_of_field_circle").read("depth", depth)).write_to(circle);
+            return circle;
+        }
+        let focus = pass.transient("focus", ImageDesc::new(Size::new(1, 1)).format(Format::R32Float));
+        numbers.set(pass.function(&SHADER, "depth_of_field_focus").read("depth", depth)).write_to(focus);
+        let found = pass.function(&SHADER, "depth_of_field_circle_found").read("depth", depth).read("focus", focus);
+        numbers.set(found).write_to(circle);
+        circle
     }
 }
 
@@ -88,8 +111,7 @@ impl Node for DepthOfField {
         let rotation = f64::from(self.rotation).to_radians();
         let numbers = Numbers { strength: self.strength(height), max_radius, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
-        let circle = pass.transient("circle", desc);
-        numbers.set(pass.function(&SHADER, "depth_of_field_circle").read("depth", depth)).write_to(circle);
+        let circle = self.circles(pass, depth, numbers, desc);
         let around = tiles::longest_around(pass, circle, Vectors::Radii, tile);
         let function = if self.blades >= 3 { "depth_of_field_polygon" } else { "depth_of_field" };
         let last = pass.function(&SHADER, function).read("source", source);

@@ -25,6 +25,9 @@ node_kind! {
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);
         /// Diameter of a grain. 1 is one grain per pixel.
         pub size: f32 = 1.5 => within(1.0..=64.0), usually(1.0..=4.0), unit("px");
+        /// The lines of the image that `size` is meant for, such as 1080: an image of twice as many has grains of twice
+        /// the size, and looks the same. 0 for grains of `size` in any image.
+        pub lines: f32 = 0.0 => within(0.0..=16384.0), usually(0.0..=4320.0), unit("px");
         /// 0 for monochrome grain (equal in all channels), 1 for color grain (independent channels). The strength in
         /// each channel is the same for all values.
         pub color: f32 = 0.3 => within(0.0..=1.0);
@@ -56,14 +59,18 @@ impl Node for FilmGrain {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let weights = luminance_weights(&pass.color("source").colorimetry.primaries).to_array();
+        let lines = if self.lines > 0.0 { self.lines } else { desc.size.height as f32 };
+        let size = (self.size * desc.size.height as f32 / lines).max(1.0);
         if desc.size.texels() < MIN_TILED_PIXELS {
             let kernel = if self.animate { "film_grain_animated" } else { "film_grain" };
-            pass.function(&SHADER, kernel).set("luminance_weights", weights).write("result", desc);
+            let pass = pass.function(&SHADER, kernel).set("size", size);
+            pass.set("luminance_weights", weights).write("result", desc);
             return;
         }
         let tiles = pass.retained("tiles", ImageDesc::new(Size::new(TILES[0], TILES[1])));
-        pass.function(&SHADER, "film_grain_tiles").write_to(tiles);
+        pass.function(&SHADER, "film_grain_tiles").set("size", size).write_to(tiles);
         let kernel = if self.animate { "film_grain_tiled_animated" } else { "film_grain_tiled" };
-        pass.function(&SHADER, kernel).read("tiles", tiles).set("luminance_weights", weights).write("result", desc);
+        let pass = pass.function(&SHADER, kernel).read("tiles", tiles).set("size", size);
+        pass.set("luminance_weights", weights).write("result", desc);
     }
 }

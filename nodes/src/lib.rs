@@ -152,7 +152,7 @@ pub use shadow_mask::{ShadowMask, ShadowTaps};
 pub use sharpen::Sharpen;
 pub use smaa::{Smaa, SmaaSearch};
 pub use ssao::Ssao;
-pub use streaks::{Streaks, StreaksAxis};
+pub use streaks::Streaks;
 pub use surface::NormalSpace;
 pub use taa::{HistoryFilter, Taa};
 pub use tone_map::{AgxLook, Curve, Gamut, MiddleGray, Sigmoid, ToneMap, WorkingSpace};
@@ -195,6 +195,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<DemoScene>(),
     NodeKind::embedded(&folders::DENOISE),
     NodeKind::of::<DepthOfField>(),
+    NodeKind::embedded(&folders::DIRECTIONAL_BLUR),
     NodeKind::of::<Dither>(),
     NodeKind::of::<Downsample>(),
     NodeKind::of::<Eetf>(),
@@ -209,6 +210,8 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<GaussianPyramid>(),
     NodeKind::embedded(&folders::GLITCH),
     NodeKind::embedded(&folders::GOD_RAYS),
+    NodeKind::embedded(&folders::GRADIENT_MAP),
+    NodeKind::embedded(&folders::GRADIENT_MASK),
     NodeKind::of::<GridBlur>(),
     NodeKind::of::<GridBuild>(),
     NodeKind::of::<Gtao>(),
@@ -216,6 +219,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<HeatHaze>(),
     NodeKind::of::<Histogram>(),
     NodeKind::embedded(&folders::HUE_CURVES),
+    NodeKind::embedded(&folders::KUWAHARA),
     NodeKind::of::<LensDirt>(),
     NodeKind::of::<LensDistortion>(),
     NodeKind::of::<LensFlare>(),
@@ -225,22 +229,27 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<LinearDepth>(),
     NodeKind::of::<LocalToneMap>(),
     NodeKind::of::<LogGaussian>(),
+    NodeKind::embedded(&folders::LOG_WHEELS),
     NodeKind::embedded(&folders::LUMA_KEY),
     NodeKind::of::<MeanLuminance>(),
     NodeKind::embedded(&folders::MIX),
     NodeKind::of::<MotionBlur>(),
+    NodeKind::embedded(&folders::NEWSPRINT),
     NodeKind::embedded(&folders::ORDERED_DITHER),
     NodeKind::of::<Outline>(),
     NodeKind::embedded(&folders::OVER),
     NodeKind::embedded(&folders::PALETTE),
     NodeKind::embedded(&folders::PIXELATE),
+    NodeKind::embedded(&folders::POLYGON_MASK),
     NodeKind::embedded(&folders::PREMULTIPLY),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
+    NodeKind::embedded(&folders::RADIAL_BLUR),
     NodeKind::embedded(&folders::RCAS),
     NodeKind::of::<ReferenceGamutCompress>(),
     NodeKind::of::<Resolve>(),
     NodeKind::of::<Saturation>(),
+    NodeKind::embedded(&folders::SATURATION_CURVES),
     NodeKind::of::<ShadowMask>(),
     NodeKind::embedded(&folders::SHAPE_MASK),
     NodeKind::of::<Sharpen>(),
@@ -255,6 +264,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::embedded(&folders::TRANSFORM),
     NodeKind::embedded(&folders::UNPREMULTIPLY),
     NodeKind::of::<Upsample>(),
+    NodeKind::embedded(&folders::VARIABLE_BLUR),
     NodeKind::of::<Vignette>(),
     NodeKind::of::<VolumetricComposite>(),
     NodeKind::of::<WhiteBalance>(),

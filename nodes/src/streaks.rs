@@ -1,33 +1,25 @@
-//! Streaks: light drawn out to both sides, as anamorphic lenses do.
+//! Streaks: light drawn out to several sides, as anamorphic lenses and stars do.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("streaks");
 
-choices! {
-    /// The direction of streaks.
-    pub enum StreaksAxis {
-        /// To the left and to the right, as anamorphic lenses make them.
-        Across,
-        /// Upwards and downwards.
-        Down,
-    }
-}
-
 node_kind! {
-    /// Draws light out into lines to both sides, as anamorphic lenses do: light for a `Composite`.
+    /// Draws light out into lines: to both sides, as anamorphic lenses do, or into stars. Light for a `Composite`.
     ///
-    /// Wire the light of an `Extract` to it, at half or a quarter of the resolution. Each side is an exponential tail,
+    /// Wire the light of an `Extract` to it, at half or a quarter of the resolution. Each line is an exponential tail,
     /// exact up to `length` times 5, where 0.7 % of the light is left. It is made in passes of four reads, each four
     /// times as far apart as those of the pass before: Kawase, "Frame Buffer Postprocessing Effects in
-    /// DOUBLE-S.T.E.A.L", GDC 2003. A constant keeps its value but near the border, outside of which there is no light.
+    /// DOUBLE-S.T.E.A.L", GDC 2003. A lens with an even number of blades makes a star of as many points, one with an
+    /// odd number twice as many. A constant keeps its value but near the border, outside of which there is no light.
     /// Alpha is that of the source.
     pub struct Streaks {
-        /// The distance at which the light has fallen to 1/e, in widths of the image for `Across`, in heights for
-        /// `Down`.
-        pub length: f32 = 0.08 => within(0.0..=1.0), usually(0.0..=0.3), replans();
-        /// The direction.
-        pub axis: StreaksAxis = StreaksAxis::Across;
+        /// The distance at which the light has fallen to 1/e.
+        pub length: f32 = 0.14 => within(0.0..=2.0), usually(0.0..=0.5), unit("heights"), replans();
+        /// How many lines leave a light, at equal angles.
+        pub points: u32 = 2 => within(1.0..=16.0), usually(2.0..=8.0);
+        /// The direction of the first line, clockwise; 0 is to the right.
+        pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
         /// The color that the lens gives the streaks.
         pub tint: [f32; 3] = [0.35, 0.6, 1.0] => within(0.0..=4.0);
         /// Factor of the result.
@@ -38,7 +30,7 @@ node_kind! {
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The streaks, of the size of the source.")];
-    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 }
 
 /// A tail ends at this many lengths.
@@ -55,23 +47,20 @@ impl Streaks {
         (0..passes).map(|pass| TAPS.pow(pass) as i32)
     }
 
-    fn tail(&self, pass: &mut Recorder<'_>, source: ImageId, side: i32) -> ImageId {
+    /// The tail in a direction.
+    fn tail(&self, pass: &mut Recorder<'_>, source: ImageId, point: u32) -> ImageId {
         let desc = ImageDesc::new(pass.desc(source).size);
-        let (axis, extent) = match self.axis {
-            StreaksAxis::Across => ([1, 0], desc.size.width),
-            StreaksAxis::Down => ([0, 1], desc.size.height),
-        };
-        let length = (self.length * extent as f32).max(1e-3);
-        let name = if side < 0 { "before" } else { "after" };
+        let length = (self.length * desc.size.height as f32).max(1e-3);
+        let turn = 360.0 * f64::from(point) / f64::from(self.points) + f64::from(self.rotation);
+        let (sin, cos) = turn.to_radians().sin_cos();
         let mut image = source;
         for step in Self::steps(length) {
-            let result = pass.transient(format_args!("{name} {step}"), desc);
+            let result = pass.transient(format_args!("tail {point} by {step}"), desc);
             let decay = (-f64::from(step) / f64::from(length)).exp();
             pass.function(&SHADER, "streaks_tail")
-                .label(format_args!("streaks_tail {name} by {step}"))
+                .label(format_args!("streaks_tail {point} by {step}"))
                 .read("source", image)
-                .set("axis", axis)
-                .set("step", side * step)
+                .set("step", [cos, sin].map(|along| f64::from(step) * along))
                 .set("decay", decay)
                 .set("scale", 1.0 / (1.0 + decay + decay.powi(2) + decay.powi(3)))
                 .write_to(result);
@@ -89,14 +78,16 @@ impl Node for Streaks {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let [before, after] = [-1, 1].map(|side| self.tail(pass, source, side));
+        let mut tails = self.tail(pass, source, 0);
+        for point in 1..self.points {
+            let tail = self.tail(pass, source, point);
+            let both = pass.transient(format_args!("tails to {point}"), desc);
+            pass.function(&SHADER, "streaks_both").read("before", tails).read("after", tail).write_to(both);
+            tails = both;
+        }
         pass.function(&SHADER, "streaks")
-            .read("before", before)
-            .read("after", after)
-            .set("axis", [0, 0])
-            .set("step", 0)
-            .set("decay", 0.0)
-            .set("scale", 0.0)
+            .read("tails", tails)
+            .set("share", 1.0 / f64::from(self.points))
             .write("result", desc);
     }
 }

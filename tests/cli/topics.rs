@@ -54,6 +54,16 @@ fn every_word_of_a_user_leads_to_a_page() {
         ("posterize", "OrderedDither"),
         ("msaa", "Resolve"),
         ("bw", "Saturation"),
+        ("tilt-shift", "VariableBlur"),
+        ("miniature", "VariableBlur"),
+        ("zoom blur", "RadialBlur"),
+        ("vibrance", "SaturationCurves"),
+        ("paint", "Kuwahara"),
+        ("comic", "Newsprint"),
+        ("halftone", "Newsprint"),
+        ("duotone", "GradientMap"),
+        ("star", "Streaks"),
+        ("clarity", "LocalToneMap"),
     ] {
         let told = folder.run(&format!("nodes {words}")).good();
         assert!(told.contains(kind), "{words}:\n{told}");

@@ -236,3 +236,107 @@ fn chroma_and_light_change_at_one_hue_alone() {
     // Gray has no hue.
     assert_eq!(graded("HueCurves(source: \"in\", lightness_red: 2.0)", &[[0.25; 3]]), [[0.25; 3]]);
 }
+
+/// Oklab of a mixture, back in light.
+fn mixed(a: Rgb, b: Rgb, share: f64) -> Rgb {
+    let [a, b] = [oklab(a), oklab(b)];
+    from_oklab([0, 1, 2].map(|i| a[i] + share * (b[i] - a[i])))
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_gradient_has_its_colors_at_quarters_and_mixes_them_in_oklab() {
+    let stops: [Rgb; 5] = [[0.0, 0.02, 0.1], [0.3, 0.0, 0.2], [0.5, 0.4, 0.1], [0.2, 0.7, 0.6], [1.0, 0.9, 0.5]];
+    let names = ["black", "shadows", "middle", "highlights", "white"].iter().zip(stops);
+    let colors: String = names.map(|(name, [r, g, b])| format!(", {name}: ({r:?}, {g:?}, {b:?})")).collect();
+    let node = format!("GradientMap(source: \"in\"{colors})");
+    let codes: Vec<f64> = (0..=40).map(|step| f64::from(step) / 40.0).collect();
+    let grays: Vec<Rgb> = codes.iter().map(|code| [srgb_decode(*code); 3]).collect();
+    for (code, found) in codes.iter().zip(graded(&node, &grays)) {
+        let before = (4.0 * code).floor().min(3.0);
+        let wanted = mixed(stops[before as usize], stops[before as usize + 1], 4.0 * code - before);
+        let off = (0..3).map(|c| (found[c] - wanted[c]).abs()).fold(0.0, f64::max);
+        assert!(off < 2e-5, "at {code}: {found:?} instead of {wanted:?}");
+    }
+    // A color counts by its luminance, and light above white goes on.
+    let green = [0.0, 0.3, 0.0];
+    let [colored, gray] = [green, [luminance(green); 3]].map(|color| graded(&node, &[color])[0]);
+    assert!((0..3).all(|c| (colored[c] - gray[c]).abs() < 1e-5), "{colored:?} and {gray:?}");
+    let bright = graded(&node, &[[4.0; 3]])[0];
+    assert!((0..3).all(|c| (bright[c] - 4.0 * stops[4][c]).abs() < 1e-5), "{bright:?}");
+    let half = graded(&format!("GradientMap(source: \"in\", amount: 0.5{colors})"), &[[1.0; 3]])[0];
+    assert!((0..3).all(|c| (half[c] - 0.5 - 0.5 * stops[4][c]).abs() < 2e-5), "{half:?}");
+}
+
+/// The curve of chroma through 0.2, 1.4, 0.9, 0.9 and 2 by `PchipInterpolator` of SciPy 1.17.1.
+const CHROMAS: [[f64; 2]; 11] = [
+    [0.0, 0.2],
+    [0.1, 0.9176],
+    [0.2, 1.3408],
+    [0.25, 1.4],
+    [0.35, 1.224],
+    [0.5, 0.9],
+    [0.6, 0.9],
+    [0.8, 0.9616],
+    [0.9, 1.3752],
+    [1.0, 2.0],
+    [1.3, 2.0],
+];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn chroma_follows_the_curve_over_lightness_of_another_implementation() {
+    let color = |lightness: f64| from_oklab([lightness, 0.02 * lightness, -0.03 * lightness]);
+    let node = "SaturationCurves(source: \"in\", black: 0.2, shadows: 1.4, middle: 0.9, highlights: 0.9, white: 2.0)";
+    let colors = CHROMAS.map(|[lightness, _]| color(lightness));
+    for (([lightness, factor], own), found) in CHROMAS.into_iter().zip(colors).zip(graded(node, &colors)) {
+        let [l, a, b] = oklab(found);
+        let wanted = [lightness, 0.02 * lightness * factor, -0.03 * lightness * factor];
+        let off = (l - wanted[0]).abs().max((a - wanted[1]).abs()).max((b - wanted[2]).abs());
+        assert!(off < 3e-5, "{own:?} becomes {:?} instead of {wanted:?}", oklab(found));
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn vibrance_is_for_muted_colors_and_keeps_their_order() {
+    // Of one hue and lightness, from gray to a chroma of 0.6 of the lightness.
+    let colors: Vec<Rgb> = (0..=60).map(|step| from_oklab([0.5, 0.005 * f64::from(step), 0.0])).collect();
+    for vibrance in [-1.0, -0.4, 0.5, 1.0] {
+        let node = format!("SaturationCurves(source: \"in\", vibrance: {vibrance:?})");
+        let found = graded(&node, &colors);
+        let chromas: Vec<f64> = found.iter().map(|color| chroma(*color)).collect();
+        assert!(chromas.windows(2).all(|pair| pair[1] > pair[0] - 1e-5), "{vibrance}: {chromas:?}");
+        let change = |step: usize| chromas[step] / chroma(colors[step]) - 1.0;
+        assert!((change(1) - vibrance * 0.9604).abs() < 4e-3, "{vibrance}: {}", change(1));
+        assert!(change(50).abs() < 1e-4 && change(60).abs() < 1e-4, "{vibrance}: {}", change(50));
+        assert!(found.iter().all(|color| (oklab(*color)[0] - 0.5).abs() < 1e-4));
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn wheels_move_light_by_their_stops_within_their_ranges() {
+    let node = "LogWheels(source: \"in\", shadows: (-1.0, 0.0, 1.0), midtones: (0.5, 0.5, 0.0), \
+                highlights: (2.0, -1.0, 0.0), low: -3.0, high: 1.0, softness: 2.0)";
+    // Stops from middle gray, and those that are added: where ranges meet, the mean of both.
+    for (stops, wanted) in [
+        (-9.0, [-1.0, 0.0, 1.0]),
+        (-4.0, [-1.0, 0.0, 1.0]),
+        (-3.0, [-0.25, 0.25, 0.5]),
+        (-2.0, [0.5, 0.5, 0.0]),
+        (0.0, [0.5, 0.5, 0.0]),
+        (1.0, [1.25, -0.25, 0.0]),
+        (2.0, [2.0, -1.0, 0.0]),
+        (12.0, [2.0, -1.0, 0.0]),
+    ] {
+        let light = 0.18 * f64::exp2(stops);
+        let picture = Picture::new(1, 1, |_, _| [light as f32, light as f32, light as f32, 0.5]);
+        let text = format!("\"result\": {node}");
+        let found = Nodes::new(&text, &[("in", "Exposed")]).exact(&[&picture]).at(0, 0);
+        for (found, wanted) in found.into_iter().zip(wanted) {
+            let added = (f64::from(found) / light).log2();
+            assert!((added - wanted).abs() < 1e-5, "at {stops} stops: {added} instead of {wanted}");
+        }
+    }
+}

@@ -97,6 +97,74 @@ fn a_shape_lies_where_its_center_is_and_turns_clockwise() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_gradient_rises_along_its_way_alone() {
+    let (width, height) = (80, 40);
+    let at = |parameters: &str, place: [usize; 2]| {
+        let found = mask(&format!("GradientMask(source: \"in\", {parameters})"), &black(width, height));
+        found[place[1] * width as usize + place[0]]
+    };
+    // From the pixel at 16 to that at 48, so a pixel is 1/32 of the way.
+    let way = "start: (0.20625, 0.5), end: (0.60625, 0.5)";
+    let step = |t: f64| t * t * (3.0 - 2.0 * t);
+    for (x, wanted) in [(0, 0.0), (16, 0.0), (24, step(0.25)), (32, 0.5), (40, step(0.75)), (48, 1.0), (79, 1.0)] {
+        for y in [0, 39] {
+            assert!((at(way, [x, y]) - wanted).abs() < 1e-5, "{} instead of {wanted} at {x}", at(way, [x, y]));
+            let inverse = at(&format!("{way}, invert: true"), [x, y]);
+            assert!((inverse - 1.0 + wanted).abs() < 1e-5, "{inverse} at {x}");
+        }
+    }
+    assert!((at(&format!("{way}, level: 0.5"), [32, 3])).abs() < 1e-6);
+    assert!((at(&format!("{way}, level: 0.5"), [40, 3]) - 0.5).abs() < 1e-5);
+    let both = format!("{way}, mirror: true");
+    assert!((at(&both, [8, 3]) - at(&both, [24, 3])).abs() < 1e-6 && at(&both, [8, 3]) > 0.1);
+    // Lines of one value are at right angles to the way in pixels, not in uv.
+    let slanted = "start: (0.25, 0.25), end: (0.5, 0.75)";
+    assert!((at(slanted, [28, 20]) - at(slanted, [24, 24])).abs() < 1e-5);
+    assert_eq!(at("start: (0.5, 0.5), end: (0.5, 0.5)", [70, 20]), 0.0);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_polygon_is_where_its_corners_are() {
+    let (width, height) = (128, 96);
+    let found = |corners: &[[f64; 2]], more: &str| {
+        let places = corners.iter().enumerate().map(|(i, [u, v])| format!(", corner_{}: ({u:?}, {v:?})", i + 1));
+        let places: String = places.collect();
+        let node = format!("PolygonMask(source: \"in\", corners: {}{places}{more})", corners.len());
+        mask(&node, &black(width, height))
+    };
+    // A rectangle is that of another kind, hard and soft.
+    let rectangle = [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]];
+    for (soft, wanted) in [("", ""), (", softness: 0.2", ", softness: 0.2"), (", invert: true", ", invert: true")] {
+        let other = format!("ShapeMask(source: \"in\", size: (0.6666667, 0.5){wanted})");
+        let pairs = found(&rectangle, soft).into_iter().zip(mask(&other, &black(width, height)));
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-5, "{soft}: {off}");
+    }
+    // Areas by the formula of Gauss, also of a polygon that is not convex, in either direction.
+    for corners in [
+        vec![[0.1, 0.1], [0.9, 0.2], [0.3, 0.93]],
+        vec![[0.3, 0.93], [0.9, 0.2], [0.1, 0.1]],
+        vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.5, 0.3], [0.1, 0.9]],
+        (0..8).map(|k| (f64::from(k) * 0.7854).sin_cos()).map(|(s, c)| [0.5 + 0.4 * c, 0.5 + 0.4 * s]).collect(),
+    ] {
+        let next = corners.iter().cycle().skip(1);
+        let twice: f64 = corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+        let wanted = 0.5 * twice.abs() * f64::from(width * height);
+        let area: f64 = found(&corners, "").iter().sum();
+        assert!((area - wanted).abs() < 3.0, "{corners:?}: {area} instead of {wanted}");
+    }
+    // A star in one line has a hole.
+    let star: Vec<[f64; 2]> = (0..5)
+        .map(|k| (f64::from(2 * k) * 72.0_f64.to_radians()).sin_cos())
+        .map(|(sin, cos)| [0.5 + 0.36 * sin, 0.5 - 0.48 * cos])
+        .collect();
+    let found = found(&star, "");
+    assert_eq!([found[48 * 128 + 64], found[14 * 128 + 64], found[80 * 128 + 64]], [0.0, 1.0, 0.0]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_mask_takes_one_image_or_the_other() {
     let one = Picture::new(5, 3, |x, y| [x as f32 * 0.37, y as f32 * 11.3, 0.1, 0.75]);
     let other = Picture::new(5, 3, |x, y| [y as f32 * 0.21, 900.7, x as f32, 0.25]);

@@ -22,7 +22,7 @@ fn flat(width: u32, height: u32, light: f32) -> Picture {
 }
 
 /// Nodes whose parameters are neutral, and a state of their image.
-const NEUTRAL: [(&str, &str); 14] = [
+const NEUTRAL: [(&str, &str); 22] = [
     ("Curves(source: \"in\")", "DisplayLinear"),
     ("Curves(source: \"in\", rgb_middle: (0.5, 0.7), amount: 0.0)", "DisplayLinear"),
     ("ChannelMixer(source: \"in\")", "Exposed"),
@@ -35,6 +35,14 @@ const NEUTRAL: [(&str, &str); 14] = [
     ("Rcas(source: \"in\", sharpness: 0.0)", "Encoded"),
     ("Transform(source: \"in\")", "Exposed"),
     ("Denoise(source: \"in\", strength: 0.0)", "Exposed"),
+    ("DirectionalBlur(source: \"in\", length: 0.0, angle: 30.0)", "Exposed"),
+    ("GradientMap(source: \"in\", amount: 0.0)", "DisplayLinear"),
+    ("Newsprint(source: \"in\", amount: 0.0)", "DisplayLinear"),
+    ("Kuwahara(source: \"in\", radius: 0.0)", "Encoded"),
+    ("LogWheels(source: \"in\", low: -1.0)", "Exposed"),
+    ("RadialBlur(source: \"in\", zoom: 0.0, center: (0.2, 0.2))", "Exposed"),
+    ("SaturationCurves(source: \"in\")", "Scene"),
+    ("VariableBlur(source: \"in\", mask: \"mask\", sigma: 0.0), \"mask\": GradientMask(source: \"in\")", "Exposed"),
     ("GodRays(source: \"in\", bright: \"in\", strength: 0.0)", "Exposed"),
     (
         "Mix(source: \"in\", other: \"other\", mask: \"mask\", amount: 0.0), \"mask\": LumaKey(source: \"in\"), \

@@ -62,6 +62,14 @@ fn a_light_out_of_focus_becomes_a_disc_with_all_of_its_light() {
     assert!((sum(&disc) / 1000.0 - 1.0).abs() < 0.03, "{}", sum(&disc));
     let middle = f64::from(disc.at(30, 30)[0]);
     assert!((middle / (1000.0 / (std::f64::consts::PI * radius * radius)) - 1.0).abs() < 0.25, "{middle}");
+    // An oval has the same height, half of the width and all of the light.
+    let lens = "DepthOfField(depth: \"data\", focus: 2.0, focal_length: 200.0, rings: 16, largest: 0.1, squeeze: 2.0)";
+    let oval = run(lens, &light, &far);
+    let lit = |pixel: [f32; 4]| pixel[0] > 2.0;
+    let width = (0..61).filter(|x| lit(oval.at(*x, 30))).count() as f64;
+    let height = (0..61).filter(|y| lit(oval.at(30, *y))).count() as f64;
+    assert!((width - radius).abs() <= 1.5 && (height - 2.0 * radius).abs() <= 1.5, "{width} and {height}");
+    assert!((sum(&oval) / 1000.0 - 1.0).abs() < 0.05, "{}", sum(&oval));
 }
 
 #[test]
@@ -77,6 +85,33 @@ fn a_bright_background_does_not_bleed_over_a_sharp_foreground() {
     let near = run(&lens.replace("focus: 2.0", "focus: 40.0"), &scene, &depth);
     let covered = near.at(33, 24)[0];
     assert!((5.0..45.0).contains(&covered), "{covered}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_focus_is_found_where_it_is_looked_for() {
+    let scene = Picture::new(64, 48, |x, y| [((x * 7 + y * 3) % 23) as f32, x as f32, y as f32, 1.0]);
+    // A floor at eight meters, a post at three of four columns, and a hole in the depth.
+    let depth = Picture::new(64, 48, |x, _| {
+        let distance = match x {
+            20..=23 => 3.0,
+            50 => 0.0,
+            _ => 8.0,
+        };
+        [distance, 0.0, 0.0, 1.0]
+    });
+    let lens =
+        |focus: &str| run(&format!("DepthOfField(depth: \"data\", focal_length: 200.0, {focus})"), &scene, &depth);
+    let at = |u: f32, area: f32| lens(&format!("autofocus: true, place: ({u:?}, 0.5), area: {area:?}"));
+    let (near, far) = (lens("focus: 3.0"), lens("focus: 8.0"));
+    assert!(near != far);
+    assert!(at(0.34, 0.0) == near, "on the post");
+    assert!(at(0.6, 0.0) == far, "beside it");
+    assert!(at(0.5, 0.05) == far, "the post is 8 pixels away, and 2.4 count");
+    assert!(at(0.5, 0.25) == near, "12 pixels count");
+    // What has no distance is far away.
+    assert!(at(0.785, 0.1) == far);
+    assert!(at(0.785, 0.0) == lens("focus: 10000.0"));
 }
 
 /// A pixel that shows a bar and the sky has the sky's depth, as a renderer with one sample for depth may write it.

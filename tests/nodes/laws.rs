@@ -314,17 +314,18 @@ fn of_a_light(node: &str, [width, height]: [u32; 2], at: [u32; 2], radius: f64) 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_streak_is_an_exponential_that_holds_all_of_the_light() {
-    for (axis, length, size, at) in [("Across", 6.4, [128, 5], [61, 2]), ("Down", 3.0, [7, 100], [3, 55])] {
-        let extent = f64::from(size[0].max(size[1]));
-        let node =
-            format!("Streaks(source: \"in\", length: {:?}, axis: {axis}, tint: (1.0, 1.0, 1.0))", length / extent);
+    for (rotation, length, size, at) in [(0, 6.4, [128, 5], [61, 2]), (90, 3.0, [7, 100], [3, 55])] {
+        let node = format!(
+            "Streaks(source: \"in\", length: {:?}, rotation: {rotation}.0, tint: (1.0, 1.0, 1.0))",
+            length / f64::from(size[1])
+        );
         let found = of_a_light(&node, size, at, 0.0);
         let sum: f64 = found.pixels.iter().map(|pixel| f64::from(pixel[0])).sum();
-        assert!((sum - 1.0).abs() < 0.002, "{axis}: {sum} of the light");
+        assert!((sum - 1.0).abs() < 0.002, "{rotation}: {sum} of the light");
         for (index, pixel) in found.pixels.iter().enumerate() {
             let place = [index as u32 % size[0], index as u32 / size[0]].map(f64::from);
             let apart = [place[0] - f64::from(at[0]), place[1] - f64::from(at[1])];
-            let (along, aside) = if axis == "Across" { (apart[0], apart[1]) } else { (apart[1], apart[0]) };
+            let (along, aside) = if rotation == 0 { (apart[0], apart[1]) } else { (apart[1], apart[0]) };
             // Of two geometric series, one to each side.
             let whole = 0.5 * (1.0 - (-1.0 / length).exp()) * (-along.abs() / length).exp();
             let wanted = if aside != 0.0 {
@@ -337,8 +338,39 @@ fn a_streak_is_an_exponential_that_holds_all_of_the_light() {
             let error = (f64::from(pixel[0]) - wanted).abs();
             assert!(
                 along.abs() > 5.0 * length || error < 0.008 * wanted + 1e-7,
-                "{axis} {along}: {pixel:?}, not {wanted}"
+                "{rotation} {along}: {pixel:?}, not {wanted}"
             );
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_star_has_its_points_and_holds_all_of_the_light() {
+    let (side, at, length) = (181, [90, 90], 8.0);
+    for (points, rotation) in [(1, 30.0), (3, 20.0), (4, 45.0), (6, -13.0), (8, 0.0)] {
+        let node = format!(
+            "Streaks(source: \"in\", length: {:?}, points: {points}, rotation: {rotation:?}, tint: (1.0, 1.0, 1.0))",
+            length / f64::from(side)
+        );
+        let found = of_a_light(&node, [side, side], at, 0.0);
+        let lit = found.pixels.iter().enumerate().map(|(index, pixel)| {
+            let place = dvec2(f64::from(index as u32 % side), f64::from(index as u32 / side)) - 90.0;
+            (place, f64::from(pixel[0]))
+        });
+        let sum: f64 = lit.clone().map(|(_, light)| light).sum();
+        assert!((sum - 1.0).abs() < 0.004, "{points}: {sum} of the light");
+        for point in 0..points {
+            let turn = (360.0 * f64::from(point) / f64::from(points) + rotation).to_radians();
+            let axis = dvec2(turn.cos(), turn.sin());
+            // The light from 12 to 28 pixels along the line, all across it.
+            let is_there = |place: DVec2| {
+                let (along, aside) = (place.dot(axis), place.perp_dot(axis).abs());
+                (12.0..28.0).contains(&along) && aside < 3.0
+            };
+            let there: f64 = lit.clone().filter(|(place, _)| is_there(*place)).map(|(_, light)| light).sum();
+            let wanted = (f64::exp(-12.0 / length) - f64::exp(-28.0 / length)) / f64::from(points);
+            assert!((there / wanted - 1.0).abs() < 0.12, "{points}, line {point}: {there}, not {wanted}");
         }
     }
 }

@@ -45,8 +45,9 @@ fn grayed(picture: &Picture) -> Picture {
 }
 
 /// Kinds that blur, move or cover all channels alike.
-const ALIKE: [&str; 13] = [
+const ALIKE: [&str; 16] = [
     "BilateralBlur(source: \"in\", depth: \"depth\", radius: 6, depth_threshold: 0.1)",
+    "DirectionalBlur(source: \"in\", length: 0.3, angle: 25.0)",
     "Gaussian(source: \"in\", sigma: 2.5)",
     "Glitch(source: \"in\", amount: 0.3, share: 1.0, fringe: 0.0)",
     "Halation(source: \"in\", strength: 0.8, tint: (1.0, 1.0, 1.0), radius: 0.04)",
@@ -57,8 +58,11 @@ const ALIKE: [&str; 13] = [
     "Outline(source: \"in\", depth: \"depth\", depth_threshold: 0.02, color: (0.1, 0.2, 0.4))",
     "LensProfile(source: \"in\", ptlens: (0.0, -0.2, 0.0))",
     "Pixelate(source: \"in\", side: 7.0)",
+    "RadialBlur(source: \"in\", center: (0.4, 0.6), zoom: 0.4, spin: 20.0)",
     "Transform(source: \"in\", offset: (0.13, -0.07), scale: 0.7, rotation: 31.0)",
     "Transform(source: \"in\", scale: 1.4, rotation: -20.0, crop: (0.3, 0.0, 0.0, 0.4), repeat: true)",
+    "\"mask\": GradientMask(source: \"in\", start: (0.5, 1.0)), \
+     \"result\": VariableBlur(source: \"in\", mask: \"mask\", sigma: 0.06)",
 ];
 
 /// Kinds that move the channels apart.

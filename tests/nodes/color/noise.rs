@@ -203,3 +203,20 @@ fn grain_from_tiles_looks_like_grain_and_has_no_seams() {
         assert!(size < 3.0 || largest < 2.5 * mean, "size {size}: a seam of {largest} between steps of {mean}");
     }
 }
+
+/// A size for an image of other lines is scaled, and no grain is smaller than a pixel.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn grains_of_an_image_of_more_lines_are_larger() {
+    for size in [[64, 48], [1024, 768]] {
+        let input = unit(size);
+        let grain = |size: f32, lines: f32| {
+            let node = format!("FilmGrain(size: {size:?}, lines: {lines:?}, animate: false)");
+            run("Encoded", &node, &NoFiles, &input)
+        };
+        let height = size[1] as f32;
+        assert!(grain(1.5, 0.5 * height) == grain(3.0, 0.0));
+        assert!(grain(1.5, height) == grain(1.5, 0.0));
+        assert!(grain(1.5, 8.0 * height) == grain(1.0, 0.0));
+    }
+}

@@ -19,7 +19,7 @@ const NODES: &str = r#"
 pub(super) fn page() -> Page {
     let (whole, beside_the_sun) = (Crop::new(0, 0, 1280), Crop::new(100, 20, 640));
     let (room, sun) = (("room", ""), ("sun", ""));
-    let streaks = ("Streaks", "length: 0.15");
+    let streaks = ("Streaks", "length: 0.27");
     let panels = vec![
         Panel::light(("ChromaticAberration", "red: 0.004, blue: -0.004"), room, 0.5, Crop::new(0, 240, 160)),
         Panel::light(("LensDistortion", "k1: -0.2, zoom: 1.25"), room, 0.5, whole),

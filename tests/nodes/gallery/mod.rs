@@ -5,6 +5,7 @@ mod edges;
 mod kinds;
 mod lens;
 mod look;
+mod paint;
 mod sheet;
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
@@ -183,4 +184,10 @@ fn the_picture_of_lenses_is_drawn() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_picture_of_looks_is_drawn() {
     look::page().draw();
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_picture_of_paint_is_drawn() {
+    paint::page().draw();
 }

@@ -19,12 +19,15 @@ pub(super) fn placed_colors() -> Vec<Reference> {
         ),
         Reference::new(
             ("Vignette", "Exposed"),
-            "\"result\": Vignette(source: \"scene\", amount: 0.75, intensity: 0.5, smoothness: 0.25)",
+            "\"result\": Vignette(source: \"scene\", amount: 0.75, intensity: 0.5, smoothness: 0.25, \
+             center: (0.375, 0.625))",
             color::light,
             tolerance(1e-6, 2e-5, "the fade is the cube of a distance in f32"),
             |image| {
                 at_pixels(image, |rgb, [x, y]| {
-                    let uv = center_uv(x, y, image.width, image.height);
+                    let [u, v] = center_uv(x, y, image.width, image.height);
+                    // The reference has its middle in that of the image.
+                    let uv = [u + 0.125, v - 0.125];
                     let factor = vignette::factor(uv, 0.5, 0.25, 1.0);
                     rgb.map(|x| x * vignette::blended(factor, 0.75))
                 })

@@ -56,7 +56,7 @@ pub(super) fn sharpness_kinds() -> Vec<Reference> {
 }
 
 pub(super) fn lens_kinds() -> Vec<Reference> {
-    let [loaded, sampled] = [bloom::WHOLE, bloom::SAMPLED].map(|precision| precision.within(precision.exact, 1e-6));
+    let sampled = bloom::SAMPLED.within(bloom::SAMPLED.exact, 1e-6);
     let flare = |threshold: f64, limit: f64| Flare {
         threshold,
         limit,
@@ -88,9 +88,9 @@ pub(super) fn lens_kinds() -> Vec<Reference> {
             ("Streaks", "Exposed"),
             "\"result\": Streaks(source: \"scene\", length: 0.1, tint: (0.5, 0.75, 1.0), intensity: 2.0)",
             lights,
-            loaded,
+            sampled,
             |image| {
-                let length = 0.1 * image.width as f64;
+                let length = f64::from(0.1_f32) * image.height as f64;
                 let count = [4, 16, 64].into_iter().find(|count| *count as f64 >= 5.0 * length);
                 streaks(image, length, count.expect("the pictures are small"), [1.0, 1.5, 2.0])
             },

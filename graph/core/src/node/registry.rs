@@ -123,7 +123,7 @@ fn choices(param: &Param) -> &'static [ChoiceName] {
 }
 
 /// Words of the field that no manual has, and words of the manuals that say the same.
-const SYNONYMS: [(&str, &str); 20] = [
+const SYNONYMS: [(&str, &str); 24] = [
     ("aa", "smooths edges"),
     ("adaptation", "adapts"),
     ("antialiasing", "smooths edges"),
@@ -131,13 +131,17 @@ const SYNONYMS: [(&str, &str); 20] = [
     ("ao", "ambient occlusion"),
     ("bokeh", "focus"),
     ("bw", "saturation"),
+    ("clarity", "contrast regions"),
+    ("comic", "halftone"),
     ("crop", "cuts sides"),
     ("defocus", "focus"),
     ("eye adaptation", "adapts"),
+    ("duotone", "gradient luminance"),
     ("fisheye", "bends lens"),
     ("glow", "bloom"),
     ("lightshafts", "shafts"),
     ("mips", "pyramid"),
+    ("miniature", "tilt-shift"),
     ("monochrome", "saturation"),
     ("msaa", "multisampled"),
     ("posterize", "levels channel"),
