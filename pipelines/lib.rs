@@ -14,11 +14,15 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("lynx", include_str!("lynx.ron")),
     ("matinee", include_str!("matinee.ron")),
     ("mobile", include_str!("mobile.ron")),
+    ("photo", include_str!("photo.ron")),
+    ("portrait", include_str!("portrait.ron")),
+    ("silver", include_str!("silver.ron")),
     ("tsushima", include_str!("tsushima.ron")),
     ("cinematic", include_str!("cinematic.ron")),
     ("course", include_str!("course.ron")),
     ("grade", include_str!("grade.ron")),
     ("tsushima-night", include_str!("tsushima-night.ron")),
+    ("upscale", include_str!("upscale.ron")),
 ];
 
 /// Path and bytes of every table that pipelines name.

@@ -1,7 +1,7 @@
-// Combines light with an image. Alpha is that of the image. Light that is added is open at its border; light that is
-// mixed is a mean, which is its nearest texel there.
+// Combines light with an image. Light that is added is open at its border and covers nothing; light that is mixed is a
+// mean, which is its nearest texel there, and takes its alpha with it.
 import afterimage::sanitize::HALF_MAX;
-import afterimage::math::between3;
+import afterimage::math::between;
 import afterimage::tent::{TentTaps, tap_narrow_tent, tap_tent, tap_whole_tent};
 
 struct Composite {
@@ -29,8 +29,8 @@ fn composite_sum(base: vec4f, light: vec3f, params: Composite) -> vec4f {
     return vec4f(clamp(base.rgb + params.strength * light, vec3f(-HALF_MAX), vec3f(HALF_MAX)), base.a);
 }
 
-fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {
-    return vec4f(between3(base.rgb, light, params.strength), base.a);
+fn composite_mean(base: vec4f, light: vec4f, params: Composite) -> vec4f {
+    return between(base, light, params.strength);
 }
 
 // The light reaches at most white, and takes a share of the distance that the image has to it.
@@ -68,7 +68,7 @@ fn composite_add_pixel(base: vec4f, bloom: vec4f, params: Composite) -> vec4f {
 }
 
 fn composite_mix_pixel(base: vec4f, bloom: vec4f, params: Composite) -> vec4f {
-    return composite_mean(base, bloom.rgb, params);
+    return composite_mean(base, bloom, params);
 }
 
 fn composite_add_bilinear(
@@ -98,7 +98,7 @@ fn composite_mix_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_mean(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_mean(base, tap(bloom, bloom_sampler, at.uv), params);
 }
 
 fn composite_mix_tent(
@@ -108,7 +108,7 @@ fn composite_mix_tent(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_mean(base, composite_tap_tent(bloom, bloom_sampler, at.uv, params.radius, false).rgb, params);
+    return composite_mean(base, composite_tap_tent(bloom, bloom_sampler, at.uv, params.radius, false), params);
 }
 
 // For light of exactly half or a quarter of the size of the image.
@@ -141,6 +141,6 @@ fn composite_mix_whole(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    let light = tap_whole_tent(bloom, bloom_sampler, at, composite_taps(params), false).rgb;
+    let light = tap_whole_tent(bloom, bloom_sampler, at, composite_taps(params), false);
     return composite_mean(base, light, params);
 }

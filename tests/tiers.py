@@ -24,8 +24,10 @@ def tiers(measured):
 
 
 def milliseconds(folder, name, tier, size):
+    """The time of a tier with three decimals, or nothing if it was not measured: a processor's is no claim."""
     stem = name if tier == "as written" else f"{name}-{tier}"
-    return json.loads((folder / f"{stem}.{size}.json").read_text())["gpu_ms"]
+    measured = folder / f"{stem}.{size}.json"
+    return f"{json.loads(measured.read_text())['gpu_ms']:.3f}" if measured.exists() else ""
 
 
 def prices():
@@ -65,7 +67,7 @@ def table(folder):
         walks, news = (dict(tiers(json.loads(path.with_suffix(of).read_text()))) for of in (".walk.json", ".new.json"))
         measured = json.loads(path.read_text())
         for tier, stills, moving in by_motion(measured):
-            times = ",".join(f"{milliseconds(folder, path.stem, tier, size):.3f}" for size in SIZES)
+            times = ",".join(milliseconds(folder, path.stem, tier, size) for size in SIZES)
             moving += walks[tier]["images"]
             new = news[tier]["images"]
             claimed = MARGIN * max(picture["p999"] for picture in stills + moving)
@@ -83,7 +85,7 @@ def times(folder):
         rows = list(csv.DictReader(file))
     for row in rows:
         name, tier = row["pipeline"], row["tier"]
-        row["ms_4k"], row["ms_1080p"] = (f"{milliseconds(folder, name, tier, size):.3f}" for size in SIZES)
+        row["ms_4k"], row["ms_1080p"] = (milliseconds(folder, name, tier, size) for size in SIZES)
         row["mb_4k"], row["operations"] = price[f"{name} {tier}"].split(",")
     with TABLE.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
@@ -109,7 +111,8 @@ def claims(where):
             on = f"{where}; held on {row['held']} of {row['new']} new ones"
             jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - min(float(row["jod"]), float(row["jod_moving"])))
             errors = f"jod: {jod:.3f}, p999: {p999:.2f}, flip: {flip:.3f}, for: {json.dumps(row['display'])}"
-            figures = f"ms: {row['ms_4k']}, {errors}, on: {json.dumps(on)}"
+            time = f"ms: {row['ms_4k']}, " if row["ms_4k"] else ""
+            figures = f"{time}{errors}, on: {json.dumps(on)}"
             sections[row["pipeline"]] = sections.get(row["pipeline"], "") + f'        "{row["tier"]}": Claim({figures}),\n'
     for name, section in sections.items():
         file = ROOT / f"pipelines/{name}.ron"
