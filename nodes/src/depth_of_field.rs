@@ -25,7 +25,7 @@ node_kind! {
         /// Factor of the circles. 0 changes nothing, 1 is the lens.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);
         /// The distance of the focus.
-        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), unit("m");
+        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), logarithmic(), unit("m");
         /// The f-number: the focal length over the diameter of the aperture.
         pub f_stop: f32 = 2.0 => within(0.5..=64.0), usually(1.4..=16.0);
         /// The focal length.
