@@ -49,10 +49,11 @@ Pipeline(
 	nodes: {
 		"linear": LinearDepth(depth: "depth", camera: "camera", encoding: Distance), // in meters
 		"foggy": Fog(source: "scene", depth: "linear", camera: "camera", density: 0.2),
-		"bright": Extract(source: "foggy", threshold: 1.0),
+		"exposed": Exposure(source: "foggy"),
+		"bright": Extract(source: "exposed", threshold: 1.0),
 		"mips": Downsample(source: "bright", levels: 4),
 		"bloom": Upsample(source: "mips"),
-		"lit": Composite(base: "foggy", bloom: "bloom", strength: 0.1),
+		"lit": Composite(base: "exposed", bloom: "bloom", strength: 0.1),
 		"mapped": ToneMap(source: "lit", curve: AcesNarkowicz),
 		"display": Encode(source: "mapped", transfer: Srgb),
 	},
@@ -62,10 +63,10 @@ RON
 cp look.ron first.ron
 "$program" check look.ron >/dev/null
 
-# Places in a window of 1280x720, for `click` and `drag`.
-more_of_scene=(250 85) path_of_depth=(170 107) more_of_camera=(250 129) picture=(700 250)
-strength=(170 180 215 180) weaker=(215 180 140 180)
-rewire=(900 640 500 640) wire=(950 640) node=(900 640) output=(600 640)
+# Places in a window of 1280x720, for `click` and `drag`. The graph is another one after each edit.
+more_of_scene=(236 93) path_of_depth=(165 117) more_of_camera=(236 141) picture=(700 250)
+strength=(185 192 215 192) weaker=(215 192 130 192)
+rewire=(939 636 455 633) wire=(796 681) node=(700 661) output=(571 638)
 
 fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
 alive() { kill -0 $viewer 2>/dev/null || fail "the viewer has ended after: $1"; }
@@ -110,6 +111,8 @@ drag() {
     xdotool mousemove --window "$window" "$3" "$4"; settle 2
     xdotool mouseup 1; settle 1
 }
+# The parameters from the first one on.
+top() { xdotool mousemove --window "$window" 150 300 click --repeat 60 --delay 20 4; settle 2; }
 words() { xdotool type --delay 150 "$1"; settle 1; }
 # The mean difference of the pictures of two screenshots, in codes, above the names that stand where two are compared.
 apart() {
@@ -171,7 +174,7 @@ saved_with "$strong" snapshot "$work/dragged.ron" 0
 echo "a wire is dragged from an input to another output"
 drag "${rewire[@]}"
 shot rewired; far dragged rewired
-saved_with '"mapped": ToneMap(source: "foggy"' rewired "$work/dragged.ron" 1
+saved_with '"mapped": ToneMap(source: "exposed"' rewired "$work/dragged.ron" 1
 
 echo "a kind is inserted on a wire"
 click "${wire[@]}"; words vign; key Return
@@ -181,7 +184,7 @@ saved_with '"vignette": Vignette(source: "mapped")' inserted "$work/rewired.ron"
 echo "a node is renamed where it is read, too"
 click "${node[@]}"; key F2; key ctrl+a; words tone; key Return
 shot renamed
-saved_with '"tone": ToneMap(source: "foggy"' renamed "$work/inserted.ron" 2
+saved_with '"tone": ToneMap(source: "exposed"' renamed "$work/inserted.ron" 2
 grep -qF 'Vignette(source: "tone")' look.ron || fail "a reader has the old name"
 
 echo "undone to the beginning: the bytes of before"
@@ -228,6 +231,7 @@ shot restored; near result restored
 if [ "${MINUTES:-0}" != 0 ]; then
     echo "dragged for $MINUTES minutes with everything on"
     memory() { awk '/VmRSS/ { print int($2 / 1024) }' /proc/$viewer/status; }
+    top
     click "${picture[@]}"; key p; click "${picture[@]}"; key r; key space
     read -r x y x2 _ <<<"${strength[*]}"
     xdotool mousemove --window "$window" "$x" "$y" mousedown 1
@@ -244,6 +248,7 @@ if [ "${MINUTES:-0}" != 0 ]; then
 fi
 
 echo "closed: a question is asked while something is unsaved, and the process ends well"
+top
 drag "${strength[@]}"
 key ctrl+q; alive "Ctrl+Q with changes"
 shot question

@@ -58,7 +58,7 @@ impl InputPanel {
         let shown = if is_file { given.as_deref().unwrap_or_default() } else { "" };
         let hint = given.clone().unwrap_or_else(|| if input.optional { "nothing" } else { "needed" }.to_owned());
         if has_paths {
-            if let Some(path) = line(ui, &input.name, shown, &hint, 112.0) {
+            if let Some(path) = line(ui, &input.name, shown, &hint, if is_file { 84.0 } else { 112.0 }) {
                 match path.is_empty() {
                     true => clear(model, input),
                     false => self.named = Some((input.name.clone(), path.into())),

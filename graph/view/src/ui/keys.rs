@@ -44,12 +44,14 @@ impl Viewer {
         if is_taken {
             return;
         }
-        self.snapshot_keys(ctx);
+        if self.snapshot_keys(ctx) {
+            return;
+        }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
         self.picture.has_focus |= plain(Key::Escape);
         if !self.picture.has_focus {
             let is_text = |event: &Event| matches!(event, Event::Text(_));
-            if ctx.input(|input| !input.modifiers.alt && input.events.iter().any(is_text)) {
+            if ctx.input(|input| input.events.iter().any(is_text)) {
                 self.tell(ctx, "Letters are commands while the picture has the focus: click it, or press Esc.");
             }
             return;
@@ -74,8 +76,8 @@ impl Viewer {
         self.model.redo();
     }
 
-    /// Takes a snapshot with Ctrl, compares with it with Alt, and goes back to it with both.
-    fn snapshot_keys(&mut self, ctx: &Context) {
+    /// Takes a snapshot with Ctrl, compares with it with Alt, and goes back to it with both. Returns true for such a key.
+    fn snapshot_keys(&mut self, ctx: &Context) -> bool {
         for (key, slot) in [(Key::Num1, Slot::A), (Key::Num2, Slot::B)] {
             let pressed = |modifiers| ctx.input_mut(|input| input.consume_key(modifiers, key));
             let none = || format!("There is no snapshot {}: Ctrl+{} takes it.", slot.name(), key.name());
@@ -94,8 +96,12 @@ impl Viewer {
                     Some(_) => self.model.set_compared((!is_shown).then_some(other)),
                     None => self.tell(ctx, none()),
                 }
+            } else {
+                continue;
             }
+            return true;
         }
+        false
     }
 
     fn panel_keys(&mut self, pressed: impl Fn(Key) -> bool) {

@@ -272,7 +272,7 @@ fn about(param: &Param, written: Option<&Value>) -> String {
 }
 
 fn first_sentence(doc: &str) -> String {
-    doc.split("\n\n").next().unwrap_or(doc).to_owned()
+    doc.trim_start().split("\n\n").next().unwrap_or(doc).to_owned()
 }
 
 /// The facts that the conditions of the pipeline test: unknown until the user states them.
