@@ -25,9 +25,9 @@ node_kind! {
         /// How the exposure approaches its target.
         pub adaptation: Adaptation = Adaptation::Exponential;
         /// Adaptation speed when the scene gets darker: 1/s for `Exponential`, stops per second for `Linear`.
-        pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
+        pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), logarithmic(), unit("1/s");
         /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
-        pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
+        pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), logarithmic(), unit("1/s");
         /// Holds the exposure: it stays as it is, or as the first frame sets it. Where mean and lux are read, they
         /// still follow the scene; otherwise nothing is metered, and with rates of 0 neither.
         pub hold: bool = false => neutral(false);

@@ -31,7 +31,7 @@ node_kind! {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
         /// For `Add` and `Screen`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
-        pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), neutral(0.0);
+        pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), logarithmic(), neutral(0.0);
         /// The filter that resamples the light. `Bilinear` is for light that is smooth, as of an `Upsample` with
         /// `smooth` or a blur: it shows the grid of other light, which pulses as it moves.
         pub filter: UpsampleFilter = UpsampleFilter::Tent;

@@ -37,7 +37,8 @@ node_kind! {
         /// The diameter of the lens: what is not in focus is blurred, which needs many samples. 0 is a pinhole.
         pub aperture: f32 = 0.0 => within(0.0..=1.0), usually(0.0..=0.2), unit("m"), neutral(0.0);
         /// The distance of the focus along the view axis.
-        pub focus: f32 = 4.0 => within(0.1..=1000.0), usually(0.5..=20.0), unit("m"), unless("aperture", [0.0f32]);
+        pub focus: f32 = 4.0
+            => within(0.1..=1000.0), usually(0.5..=20.0), logarithmic(), unit("m"), unless("aperture", [0.0f32]);
     }
 
     const OUTPUTS: &'static [Output] = &[

@@ -68,7 +68,7 @@ node_kind! {
         /// Height of the frame for which `levels` is meant. Other frames have as many more or fewer levels as they are
         /// larger or smaller by halves, so that the coarsest keeps its share of the picture. With 0, `levels` holds for
         /// every frame.
-        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+        pub lines: u32 = 0 => within(0.0..=16384.0), logarithmic(), unit("pixels");
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
             DownsampleFilter::Tap13,

@@ -91,7 +91,7 @@ blur! {
     Gaussian {
         /// Height of the source for which the kernel is meant: others get one of the same share of the picture, of a
         /// sigma of 64 texels at most. With 0, it is meant for every source.
-        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+        pub lines: u32 = 0 => within(0.0..=16384.0), logarithmic(), unit("pixels");
     }
 
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").accepts(&[
@@ -117,7 +117,7 @@ blur! {
         /// Height of the frame for which the sigma is meant, as the `lines` of the pyramid: in frames between its
         /// halvings, levels are blurred by less, so that each keeps its share of the picture. With 0, it is meant for
         /// every frame.
-        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+        pub lines: u32 = 0 => within(0.0..=16384.0), logarithmic(), unit("pixels");
     }
 
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];

@@ -25,7 +25,7 @@ node_kind! {
         /// Share of the occlusion. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
         /// The distance from which nothing occludes.
-        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), unit("m");
+        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), logarithmic(), unit("m");
         /// The last part of the radius, over which occluders fade out.
         pub falloff: f32 = 0.6 => within(0.01..=1.0);
         /// Exponent of the visibility: more than 1 is darker than it is.

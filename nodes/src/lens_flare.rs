@@ -19,7 +19,7 @@ node_kind! {
         /// The light that no flare exceeds: its largest channel, after the threshold, stays the same up to half of the
         /// limit and approaches it from there on. With a limit, the flame of a candle that fills many pixels has ghosts
         /// like those of a small sun.
-        pub limit: f32 = 65504.0 => within(1.0..=65504.0), usually(16.0..=4096.0);
+        pub limit: f32 = 65504.0 => within(1.0..=65504.0), usually(16.0..=4096.0), logarithmic();
         /// Number of ghosts.
         pub ghosts: u32 = 5 => within(0.0..=8.0);
         /// The magnification of the first ghost, and the step from one to the next.

@@ -20,7 +20,7 @@ node_kind! {
         /// Half of the width of a line.
         pub width: u32 = 1 => within(1.0..=16.0), unit("pixels"), live();
         /// The bend of the inverse depth at which a line begins, as a share of it. At twice that it is full.
-        pub depth_threshold: f32 = 0.05 => within(0.0..=4.0), usually(0.01..=0.5);
+        pub depth_threshold: f32 = 0.05 => within(0.0..=4.0), usually(0.01..=0.5), logarithmic();
         /// 1 minus the cosine between two normals at which a line begins. At twice that it is full.
         pub normal_threshold: f32 = 0.3 => within(0.0..=2.0), usually(0.05..=1.0), when_wired("normal", true);
     }

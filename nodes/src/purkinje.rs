@@ -22,7 +22,7 @@ node_kind! {
         /// Share of the effect. 0 changes nothing, 1 is the full model.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
         /// Factor from exposed luminance to the range of the model's receptors. More reduces the effect of the rods.
-        pub scale: f32 = 380.0 => within(1.0..=10000.0), usually(50.0..=2000.0);
+        pub scale: f32 = 380.0 => within(1.0..=10000.0), usually(50.0..=2000.0), logarithmic();
     }
 
     const INPUTS: &'static [Input] = INPUTS;

@@ -22,7 +22,7 @@ node_kind! {
         /// Share of the occlusion. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
         /// The radius of the hemisphere.
-        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), unit("m");
+        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), logarithmic(), unit("m");
         /// How far behind the surface a point must lie: more than the depth is rounded by.
         pub bias: f32 = 0.02 => within(0.0..=100.0), usually(0.0..=0.1), unit("m"), neutral(0.0);
         /// Exponent of the visibility: more than 1 is darker than it is.

@@ -50,12 +50,13 @@ node_kind! {
         /// The difference of depths, as a share, beyond which a surface was not seen in the frame before.
         pub depth_threshold: f32 = 0.05 => within(0.001..=1.0), usually(0.01..=0.2);
         /// The light that counts half as much as dark light in means, so that bright samples do not flicker: white.
-        pub white: f32 = 1.0 => within(0.01..=1000.0), usually(0.1..=10.0);
+        pub white: f32 = 1.0 => within(0.01..=1000.0), usually(0.1..=10.0), logarithmic();
         /// The light above which there are only lamps and the sun. The part above it counts in full in means, so that a
         /// sun of a few pixels keeps its energy for flares, bloom and bright discs out of focus. The edges of such
         /// light have steps, and single samples that are as bright sparkle. Light wider than 16 pixels, such as a sky,
         /// is no lamp. At 65504 there are none.
-        pub keep_above: f32 = 65504.0 => within(0.01..=65504.0), usually(8.0..=65504.0), neutral(65504.0);
+        pub keep_above: f32 = 65504.0
+            => within(0.01..=65504.0), usually(8.0..=65504.0), logarithmic(), neutral(65504.0);
         /// The filter that reads the frame before.
         pub filtering: HistoryFilter = HistoryFilter::Bicubic
             => quality(HistoryFilter::Bicubic, [HistoryFilter::Bilinear]);

@@ -168,7 +168,8 @@ node_kind! {
         /// For `Exponential` with `middle_gray: Native`: factor of the light.
         pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0), when("curve", [Curve::Exponential]);
         /// For `Uchimura`: P, the limit for bright light.
-        pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white"), when("curve", [Curve::Uchimura]);
+        pub maximum: f32 = 1.0
+            => within(0.1..=100.0), logarithmic(), unit("of SDR white"), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: a, the slope of the linear part.
         pub contrast: f32 = 1.0 => within(0.1..=4.0), usually(0.5..=2.0), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: m, where the linear part begins.

@@ -49,7 +49,7 @@ node_kind! {
         pub normalize: bool = true => when("blend", [UpsampleBlend::Add]);
         /// Height of the frame for which the weights are meant, as the `lines` of the pyramid. With 0, they hold for
         /// every frame.
-        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+        pub lines: u32 = 0 => within(0.0..=16384.0), logarithmic(), unit("pixels");
         /// Whether a level fades in over the frames between two halvings of `lines`. A `GaussianPyramid` with `lines`
         /// has levels of the same share of the picture in all of them, which keep their weights.
         pub fade: bool = true => unless("lines", [0u32]);

@@ -45,7 +45,7 @@ node_kind! {
         /// The distance at which the first slice begins. Above 0 for exponential slices.
         pub near: f32 = 0.5 => within(0.0..=10000.0), usually(0.0..=5.0), unit("m");
         /// The distance at which the last slice ends. Above `near`.
-        pub far: f32 = 64.0 => within(0.01..=60000.0), usually(10.0..=500.0), unit("m");
+        pub far: f32 = 64.0 => within(0.01..=60000.0), usually(10.0..=500.0), logarithmic(), unit("m");
         /// How much thinner near slices are than far ones, for curved slices. 0 is linear; the logarithm of
         /// `far / near` is exponential.
         pub curve: f32 = 3.0 => within(0.0..=20.0), usually(0.0..=6.0), when("slices", [VolumetricSlices::Curved]);

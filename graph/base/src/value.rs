@@ -104,6 +104,8 @@ pub struct Param {
     pub domain: Option<(f64, f64)>,
     /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
+    /// True for a slider in steps of equal ratio: the range spans decades.
+    pub logarithmic: bool,
     /// The unit of its numbers. Empty for pure numbers.
     pub unit: Shared<str>,
     /// True if a change needs a new plan. Otherwise a new uniform is enough.
@@ -160,6 +162,7 @@ impl Param {
             default,
             domain: None,
             usual: None,
+            logarithmic: false,
             unit: Shared::of(""),
             replan,
             neutral: None,
@@ -177,6 +180,12 @@ impl Param {
     /// Sets the range of a slider.
     pub fn usually(mut self, range: RangeInclusive<f64>) -> Self {
         self.usual = Some((*range.start(), *range.end()));
+        self
+    }
+
+    /// Declares that a slider has steps of equal ratio, because the range spans decades. It must not be negative.
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
         self
     }
 

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
 
 /// One line for the file, one for each part, and one for each note.
 fn lines(source: &Source, description: &Description, numbers: &Numbers) -> Vec<String> {
-    let Description { format, parts, picture, color, stated_by, notes, film } = description;
+    let Description { format, parts, picture, color, stated_by, notes, film, layers: _ } = description;
     let mut lines = vec![format!("{}: {format}", source.path.display())];
     for (index, part) in parts.iter().enumerate() {
         let name = part.name.as_ref().map_or(String::new(), |name| format!(" `{name}`"));
@@ -135,7 +135,7 @@ fn color_text(color: &Colorimetry) -> String {
 }
 
 fn as_json(source: &Source, description: &Description, numbers: &Numbers) -> Value {
-    let Description { format, parts, picture, color, stated_by, notes, film } = description;
+    let Description { format, parts, picture, color, stated_by, notes, film, layers: _ } = description;
     let window = |window: &Window| json!([window.x, window.y, window.width, window.height]);
     let channel = |channel: &ChannelDescription, numbers: Option<&ChannelStatistics>| {
         let mut object = json!({ "name": channel.name, "samples": channel.samples });

@@ -52,6 +52,8 @@ fn an_exr_is_described_part_by_part() {
     let names = |channels: &[&str]| channels.iter().map(|name| (*name).to_owned()).collect();
     let picture = PictureChannels { part: 1, channels: names(&["R", "G", "B", "A"]) };
     assert_eq!((found.picture, found.stated_by), (Some(picture), None));
+    assert_eq!(found.layers, ["beauty", "depth.Z", "depth.id"]);
+    assert!(found.layers.iter().all(|name| layer(name).is_ok()), "each can be read by its name");
     assert_eq!(found.color, Some(Colorimetry::linear(Chromaticities::REC709)), "assumed");
     assert_eq!(found.notes, ["pixels outside the display window are left out"]);
     let id = layer("depth.id").unwrap();

@@ -22,6 +22,9 @@ mod ui_renderer;
 pub use desktop::{Desktop, Wake};
 pub use model::*;
 pub use problem::Problem;
-pub use ui::{Comparison, ExportKind, Exported, MakeProject, NewFiles, PictureView, Subject, Tab, Tabs, Viewer};
+pub use ui::{
+    Comparison, ExportKind, Exported, FileRequest, MakeProject, MeasureDifference, MeasuredPicture, NewFiles,
+    PictureView, Subject, Tab, Tabs, Viewer,
+};
 #[cfg(not(target_family = "wasm"))]
 pub use ui_renderer::{FrameTarget, OpenFile, Opened, UiRenderer};

@@ -23,10 +23,13 @@ pub struct Scopes {
     pub range: (f32, f32),
     /// The part of the pixels that has a channel at or over 1, and the part that has none over 0.
     pub clipped: [f32; 2],
+    /// The number of pixels of the picture with NaN.
+    pub nan: u64,
 }
 
 impl Scopes {
-    /// The scopes of a grid of `width` columns. `is_linear` is false for encoded values.
+    /// The scopes of a grid of `width` columns, whose alpha is the number of pixels with NaN around each place.
+    /// `is_linear` is false for encoded values.
     pub fn of(pixels: &[[f32; 4]], width: usize, is_linear: bool) -> Self {
         let mut scopes = Self {
             histogram: std::array::from_fn(|_| vec![0; COLUMNS]),
@@ -34,6 +37,7 @@ impl Scopes {
             vectors: vec![0; ROWS * ROWS],
             range: range(pixels),
             clipped: clipped(pixels),
+            nan: pixels.iter().map(|pixel| pixel[3] as u64).sum(),
         };
         for (index, pixel) in pixels.iter().enumerate() {
             scopes.count(index % width.max(1), width, pixel, is_linear);
@@ -95,7 +99,7 @@ mod tests {
 
     #[test]
     fn light_is_counted_in_stops_from_middle_gray_and_signals_in_codes() {
-        let pixels = [[0.18, 0.36, 0.09, 1.0]];
+        let pixels = [[0.18, 0.36, 0.09, 0.0]];
         let linear = Scopes::of(&pixels, 1, true);
         let peak = |channel: usize| linear.histogram[channel].iter().position(|count| *count == 1);
         // 256 columns for 20 stops: 12.8 for each.
@@ -116,8 +120,8 @@ mod tests {
 
     #[test]
     fn nan_and_infinite_pixels_count_nowhere_or_at_the_end() {
-        let scopes = Scopes::of(&[[f32::NAN, f32::INFINITY, 0.5, 1.0]], 1, false);
+        let scopes = Scopes::of(&[[f32::NAN, f32::INFINITY, 0.5, 7.0]], 1, false);
         assert_eq!(scopes.histogram[0].iter().sum::<u32>(), 0);
-        assert_eq!((scopes.histogram[1][COLUMNS - 1], scopes.range), (1, (0.5, 0.5)));
+        assert_eq!((scopes.histogram[1][COLUMNS - 1], scopes.range, scopes.nan), (1, (0.5, 0.5), 7));
     }
 }

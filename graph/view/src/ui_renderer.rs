@@ -95,8 +95,8 @@ impl UiRenderer {
         output
     }
 
-    /// Opens a file that is dropped, or that is named for an input.
-    fn open_file(&mut self, path: &Path, input: Option<&str>) {
+    /// Opens a file that is dropped or chosen, or that is named for an input.
+    pub(crate) fn open_file(&mut self, path: &Path, input: Option<&str>) {
         match (self.open)(path) {
             Ok(Opened::Pipeline(project)) => self.viewer.open(project),
             Ok(Opened::Input(file)) => self.viewer.open_input(&self.ctx, file, input),

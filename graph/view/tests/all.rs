@@ -1,6 +1,7 @@
 //! Tests of the viewer, with a device and without a window.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
+mod comparisons;
 mod files;
 mod gestures;
 mod inputs;

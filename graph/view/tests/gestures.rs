@@ -79,7 +79,8 @@ fn what_is_not_possible_changes_nothing_and_says_why() {
     assert!(problem.contains("display"), "{problem}");
     assert_eq!(model.editor().text(), before);
     assert!(!model.editor().changes().can_undo() && model.problem().is_none());
-    let candidates = model.sources(&Reader::input("exposed", "source"), 0).unwrap();
+    let sources = model.sources(&Reader::input("exposed", "source"), 0).unwrap();
+    let candidates = model.candidates(sources).unwrap();
     let scene = candidates.iter().find(|candidate| candidate.wire == "scene").unwrap();
     let display = candidates.iter().find(|candidate| candidate.wire == "display").unwrap();
     assert!(scene.refusal.is_none() && display.refusal.is_some());

@@ -296,6 +296,23 @@ fn a_built_in_pipeline_is_saved_into_a_file_that_the_user_names() {
 }
 
 #[test]
+fn a_pipeline_with_a_file_is_saved_as_another_one_and_the_first_stays() {
+    let mut window = Window::new(crate::support::model("lynx"));
+    window.frame(Vec::new());
+    window.ui.viewer.model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    window.key(Key::S, Modifiers::COMMAND | Modifiers::SHIFT);
+    assert!(window.disk.borrow().is_empty() && !window.ui.viewer.model.editor().is_saved());
+    window.frame(Vec::new());
+    window.frame(vec![Event::Text("-second.ron".into())]);
+    window.key(Key::Enter, Modifiers::NONE);
+    let files: Vec<(String, String)> = window.disk.borrow().clone().into_iter().collect();
+    assert_eq!(files.len(), 1);
+    assert!(files[0].0.ends_with("lynx.ron-second.ron") && files[0].1.contains("strength: 0.3"), "{files:?}");
+    assert_eq!(window.ui.viewer.model.editor().project().name(), files[0].0);
+    assert!(window.ui.viewer.model.editor().is_saved());
+}
+
+#[test]
 fn the_file_of_a_built_in_pipeline_replaces_none_and_those_that_it_names_lie_beside_it() {
     let mut window = changed_built_in("tsushima-night");
     window.disk.borrow_mut().insert("tsushima-night.ron".into(), "mine".into());

@@ -4,10 +4,13 @@ mod open;
 mod project;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_view::{Desktop, Problem, Project, TextProject};
+use afterimage_lab::LabError;
+use afterimage_lab::measure::PictureErrors;
+use afterimage_view::{Desktop, MeasuredPicture, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
@@ -40,10 +43,17 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
             move |path, named| opener.new_file(path, named)
         }),
         open: Box::new(move |path| opener.open(path)),
+        measure: Arc::new(|reference, shown| difference(reference, shown).map_err(|error| error.to_string())),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
     Ok(desktop.run()?)
+}
+
+/// The figures of a claim for two pictures.
+fn difference(reference: &MeasuredPicture, shown: &MeasuredPicture) -> Result<String, LabError> {
+    let [reference, shown] = [reference, shown].map(|one| (&one.graph, &*one.output, &one.texels));
+    Ok(PictureErrors::between(reference, shown)?.to_string())
 }
 
 /// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the first

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::{Budget, FileWatch, Source, read_within, real_path, sequence};
+use afterimage_media::{Budget, FileWatch, Source, read_description, read_within, real_path, sequence};
 use afterimage_view::{InputData, InputFile, NamedFile, Opened, Problem, Project, Wake};
 
 use super::project::FileProject;
@@ -61,6 +61,8 @@ impl Opener {
         if let Some(first) = sources.first() {
             real_path(&first.path)?;
         }
+        // A file that cannot be described is refused when it is read.
+        let described = sources.first().and_then(|first| read_description(&Source::file(&first.path)).ok());
         let wake = self.wake.clone();
         let mut watch = FileWatch::new(move || wake.call());
         watch.extend(sources.iter().map(|source| source.path.clone()));
@@ -69,6 +71,7 @@ impl Opener {
             name: name.to_owned(),
             numbers: numbers.into_iter().flatten().collect(),
             fps: self.fps,
+            layers: described.map_or(Vec::new(), |described| described.layers),
             read: Box::new(move |input, index| opener.read(input, &sources, index).map_err(problem)),
             have_changed: Box::new(move || !watch.changed().is_empty()),
         })

@@ -105,8 +105,12 @@ impl Project for FileProject {
     }
 
     fn with_saver(&self, text: &str, ask: &mut dyn FnMut(&Saver<'_>)) -> Result<(), Diagnostics> {
-        let (registry, files) = (self.read_kinds().map_err(Failure::into_diagnostics)?, self.files_of_pipeline());
-        ask(&Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?);
+        // Kinds are read once, and not for each question.
+        let read = self.registry.is_none().then(|| self.read_kinds()).transpose().map_err(Failure::into_diagnostics)?;
+        let files = self.files_of_pipeline();
+        for registry in self.registry.iter().chain(&read) {
+            ask(&Saver::new(&self.path.to_string_lossy(), text, registry, &files)?);
+        }
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use super::Condition;
 use super::draft::DraftGraph;
 use super::expand::Expansion;
-use super::limits::{MAX_CONDITION, MAX_FACTS, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TIERS};
+use super::limits::{MAX_CONDITION, MAX_FACTS, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TIERS, MAX_USUAL};
 use super::reports::Reports;
 use crate::document::Document;
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
@@ -28,11 +28,13 @@ impl Expansion<'_> {
         let output = document.outputs.get(MAX_OUTPUTS).map(|output| &output.name);
         let tier = document.tiers.get(MAX_TIERS).map(|(name, _)| name);
         let fact = document.facts.iter().flatten().nth(MAX_FACTS).map(|(name, _)| name);
-        let sections: [(&'static str, _, _, _); 4] = [
+        let usual = document.usual.get(MAX_USUAL).map(|(name, _)| name);
+        let sections: [(&'static str, _, _, _); 5] = [
             ("too-many-inputs", input, MAX_INPUTS, "inputs"),
             ("too-many-outputs", output, MAX_OUTPUTS, "outputs"),
             ("too-many-tiers", tier, MAX_TIERS, "tiers"),
             ("too-many-facts", fact, MAX_FACTS, "facts"),
+            ("too-many-usual", usual, MAX_USUAL, "usual parameters"),
         ];
         for (code, first, most, what) in sections {
             let Some(first) = first else { continue };

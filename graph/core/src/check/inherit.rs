@@ -140,6 +140,7 @@ fn merge(base: Document, own: Document) -> Document {
         // Another file is another pipeline, of which nothing was measured.
         claims: own.claims,
         facts,
+        usual: replace(base.usual, own.usual, |(name, _)| &name.value),
         problems: own.problems,
         unread: base.unread.into_iter().chain(own.unread).collect(),
         is_partial: base.is_partial || own.is_partial,

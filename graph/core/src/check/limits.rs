@@ -13,6 +13,8 @@ pub const MAX_OUTPUTS: usize = 256;
 pub const MAX_TIERS: usize = 64;
 /// Facts that a pipeline lists.
 pub const MAX_FACTS: usize = 256;
+/// Parameters that a pipeline lists as usual.
+pub const MAX_USUAL: usize = 256;
 /// Bytes of a label, and of a name with those of the pipelines around it.
 pub const MAX_NAME: usize = 256;
 /// Bytes of a node's condition, joined with those of the pipelines around it.

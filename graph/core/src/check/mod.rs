@@ -57,14 +57,14 @@ mod unneeded;
 
 use crate::document::Document;
 use crate::node::Registry;
-use afterimage_base::diagnostic::Diagnostics;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
 pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use loaded_files::LoadedFiles;
 pub use options::{CheckOptions, Loader, NoFiles};
-pub use save::{Candidate, Change, Edit, Reader, Saver};
+pub use save::{Candidate, Change, Connection, Edit, Reader, Saver};
 pub use suggest::kinds_about;
 
 use agree::Agreement;
@@ -98,6 +98,12 @@ impl<'a> Checker<'a> {
     pub fn facts(&self) -> Vec<(String, String)> {
         let document = UsedFiles::new(&self.files).inherited(self.document, &mut Reports::default());
         document.facts.into_iter().flatten().map(|(name, meaning)| (name.value, meaning)).collect()
+    }
+
+    /// The names of the parameters that people change first, with their meanings, inherited ones first.
+    pub fn usual(&self) -> Vec<(String, String)> {
+        let document = UsedFiles::new(&self.files).inherited(self.document, &mut Reports::default());
+        document.usual.into_iter().map(|(name, meaning)| (name.value, meaning.value)).collect()
     }
 
     /// Makes a graph of the document at a tier, with overrides in the order in which they are applied: `node.parameter`
@@ -138,10 +144,20 @@ fn check_with(
         return Err(reports.diagnostics.sorted());
     }
     let graph = drafted.graph(registry, instances);
+    report_unknown_usual(&graph, &document, &mut reports);
     drafted.agree_on_colors(&graph, &mut reports);
     drafted.agree_on_displays(&graph, &mut reports);
     let diagnostics = reports.diagnostics.sorted();
     if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
+}
+
+/// Reports usual parameters that the graph does not have. An inherited one may be of a node that was replaced.
+fn report_unknown_usual(graph: &Graph, document: &Document, reports: &mut Reports) {
+    for (name, _) in document.usual.iter().filter(|(name, _)| name.location.file == document.file) {
+        if let Err(message) = graph.parameter(&name.value) {
+            reports.push(Diagnostic::error("unknown-name", message).at(&name.location, ""));
+        }
+    }
 }
 
 /// Makes a graph of a document: [`Checker::check`] for a single check.

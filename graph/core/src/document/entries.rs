@@ -31,6 +31,8 @@ pub struct Document {
     pub claims: Vec<(Spanned<String>, Claim)>,
     /// The facts that conditions may use, with their meanings; `None` if the file does not list them.
     pub facts: Option<Vec<(Spanned<String>, String)>>,
+    /// The parameters that people change first, with their meanings in this pipeline.
+    pub usual: Vec<(Spanned<String>, Spanned<String>)>,
     /// Mistakes that can be seen without knowing any node kind.
     pub problems: Diagnostics,
     /// Names whose entries could not be read, so that nothing is reported twice.

@@ -26,6 +26,7 @@
 //! | `claims` | `"low": Claim(ms: 0.2, jod: 9.7, for: "desk", on: "a GPU at 3840x2160")`: what was measured of a tier |
 //! | `extends` | a file whose entries this one inherits; an entry of the same name replaces the inherited one |
 //! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
+//! | `usual` | `"node.parameter": "its meaning"` for the parameters that people change first |
 //!
 //! An input of type `Color` is scene-referred. `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images of
 //! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out,

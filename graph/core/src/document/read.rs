@@ -13,7 +13,7 @@ use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
-const SECTIONS: [&str; 8] = ["inputs", "nodes", "outputs", "set", "tiers", "claims", "extends", "facts"];
+const SECTIONS: [&str; 9] = ["inputs", "nodes", "outputs", "set", "tiers", "claims", "extends", "facts", "usual"];
 
 /// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
 pub const MAX_FILE: usize = 4 << 20;
@@ -78,6 +78,7 @@ fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Do
         tiers: Vec::new(),
         claims: Vec::new(),
         facts: None,
+        usual: Vec::new(),
         problems: Diagnostics::default(),
         unread: Vec::new(),
         is_partial: false,
@@ -197,6 +198,10 @@ impl Reader {
                 let entries = self.map(value, "facts", "{ \"emissive\": \"something in view emits light\" }");
                 let facts = self.texts(entries, "fact", "a sentence in quotes that says what it means");
                 document.facts = Some(facts.into_iter().map(|(name, doc)| (name, doc.value)).collect());
+            }
+            "usual" => {
+                let entries = self.map(value, "usual", "{ \"lit.strength\": \"factor of the bloom\" }");
+                document.usual = self.texts(entries, "parameter", "a sentence in quotes that says what it changes");
             }
             other => {
                 self.is_partial = true;

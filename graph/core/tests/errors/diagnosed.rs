@@ -315,6 +315,7 @@ fn sections_names_and_conditions_are_as_long_as_they_may_be_and_no_longer() {
         ("too-many-outputs", "i256", 256, "outputs"),
         ("too-many-tiers", "i64", 64, "tiers"),
         ("too-many-facts", "i256", 256, "facts"),
+        ("too-many-usual", "i256", 256, "usual parameters"),
         ("too-many-inputs", "i256", 256, "inputs"),
     ];
     for (code, first, most, section) in sections {
@@ -327,6 +328,7 @@ fn sections_names_and_conditions_are_as_long_as_they_may_be_and_no_longer() {
                 format!(r#"Pipeline(inputs: {{ {} }}, nodes: {{}}, outputs: {{ "d": "i0" }})"#, entries(count, "Color"))
             }
             "tiers" => pipeline("", "s", &format!("tiers: {{ {} }}", entries(count, "{}"))),
+            "usual parameters" => pipeline("", "s", &format!("usual: {{ {} }}", entries(count, "\"-\""))),
             _ => pipeline("", "s", &format!("facts: {{ {} }}", entries(count, "\"-\""))),
         };
         assert!(!codes(&files, &text(most)).contains(&code.to_owned()), "{most} {section}");

@@ -206,6 +206,10 @@ const DECLARED: &[(&str, Change)] = &[
     ("a usual range that begins early", |d| d.params[0].usual = Some((-0.5, 0.5))),
     ("a usual range that ends late", |d| d.params[0].usual = Some((0.5, 1.5))),
     ("a usual range of one number", |d| d.params[0].usual = Some((0.5, 0.5))),
+    ("a logarithmic range below zero", |d| {
+        (d.params[0].domain, d.params[0].logarithmic) = (Some((-1.0, 1.0)), true);
+        d.params[0].usual = None;
+    }),
     ("the whole domain as the usual range", |d| d.params[0].usual = Some((0.0, 1.0))),
     ("a default outside", |d| d.params[0].default = Value::Float(2.0)),
     ("a neutral value outside", |d| d.params[0].neutral = Some(Value::Float(-1.0))),

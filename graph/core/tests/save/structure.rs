@@ -293,7 +293,7 @@ fn candidates_are_refused_with_the_error_that_the_edit_has() {
     let files = Folder::default();
     let saver = Saver::new("a.ron", BASE, registry(), &files).unwrap();
     let source = reader("mapped", "source");
-    let candidates = saver.sources(None, &source, 0).unwrap();
+    let candidates = saver.candidates(None, saver.sources(None, &source, 0).unwrap());
     let wires: Vec<&str> = candidates.iter().map(|candidate| &*candidate.wire).collect();
     assert_eq!(wires[..4], ["scene", "albedo", "counted", "counted.brightest"]);
     assert!(wires.contains(&"bright.peaks") && wires.contains(&"metered.range"), "{wires:?}");
@@ -306,10 +306,10 @@ fn candidates_are_refused_with_the_error_that_the_edit_has() {
         let own = saver.edit(None, &edit).err().map(|errors| errors.to_string());
         assert_eq!(candidate.refusal.map(|errors| errors.to_string()), own, "{}", candidate.wire);
     }
-    let earlier = saver.sources(None, &source, 1).unwrap();
+    let earlier = saver.candidates(None, saver.sources(None, &source, 1).unwrap());
     let loops = earlier.iter().find(|candidate| candidate.wire == "lit@previous").unwrap();
     assert!(loops.refusal.is_none());
-    let readers = saver.readers(None, "metered").unwrap();
+    let readers = saver.candidates(None, saver.readers(None, "metered").unwrap());
     let taken: Vec<String> =
         readers.iter().filter(|candidate| candidate.refusal.is_none()).map(|taken| taken.reader.to_string()).collect();
     assert_eq!(taken, ["`meter` of `exposed`"]);
@@ -317,4 +317,19 @@ fn candidates_are_refused_with_the_error_that_the_edit_has() {
     let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
     assert!(names.contains(&"Vignette") && names.contains(&"WhiteBalance"), "{names:?}");
     assert!(!names.contains(&"Encode"), "{names:?}");
+}
+
+#[test]
+fn usual_parameters_follow_their_nodes() {
+    let usual =
+        "usual: { \"lit.strength\": \"of the glow\", \"bright.threshold\": \"of white\" }, // first\n    set: {";
+    let text = replaced(BASE, &[("set: {", usual)]);
+    let renamed = edited(&text, None, &rename("lit", "glowing")).unwrap();
+    assert!(renamed.contains("\"glowing.strength\": \"of the glow\""), "{renamed}");
+    assert_eq!(edited(&renamed, None, &rename("glowing", "lit")).unwrap(), text);
+    let removed = edited(&text, None, &remove("lit")).unwrap();
+    assert!(removed.contains("usual: { \"bright.threshold\": \"of white\" }, // first"), "{removed}");
+    let wrong = text.replace("lit.strength\":", "lit.strenth\":");
+    let told = edited(&wrong, None, &rename("mips", "levels")).unwrap_err();
+    assert!(told.starts_with("unknown-name: `lit` has no parameter `strenth`"), "{told}");
 }

@@ -12,6 +12,9 @@ pub struct Description {
     /// The channels that are read as red, green, blue and alpha if no layer is named; those that are missing are left
     /// out. `None` if a layer must be named.
     pub picture: Option<PictureChannels>,
+    /// What can be named after `#` in the place of the picture: the layers of an EXR file, the most likely one first,
+    /// and the channels that are in none of them. Empty for other formats.
+    pub layers: Vec<String>,
     /// The colorimetry of the picture; `None` for numbers that are no color.
     pub color: Option<Colorimetry>,
     /// The source of the colorimetry in the file: the attribute, chunk or line. `None` if nothing does, and it is
@@ -43,7 +46,16 @@ impl Description {
             tiles: None,
         };
         let picture = Some(PictureChannels { part: 0, channels });
-        Self { format, parts: vec![part], picture, color: None, stated_by: None, notes: Vec::new(), film: None }
+        Self {
+            format,
+            parts: vec![part],
+            picture,
+            layers: Vec::new(),
+            color: None,
+            stated_by: None,
+            notes: Vec::new(),
+            film: None,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The window: events of the desktop, the swap chain, and files that are dropped.
 
+mod file_dialog;
 mod surface;
 mod wake;
 
@@ -19,8 +20,9 @@ use winit::window::{Window, WindowId};
 use crate::Problem;
 use crate::model::{Images, InputFile, Model, Project, Scene};
 use crate::ui::new_file::free_name;
-use crate::ui::{MakeProject, NewFiles};
+use crate::ui::{FileRequest, MakeProject, MeasureDifference, NewFiles};
 use crate::ui_renderer::{FrameTarget, OpenFile, UiRenderer};
+use file_dialog::FileDialogs;
 use surface::Surface;
 pub use wake::Wake;
 
@@ -38,6 +40,8 @@ pub struct Desktop {
     pub open: OpenFile,
     /// Makes the file of a pipeline that has none.
     pub new_file: MakeProject,
+    /// Measures the difference of two pictures.
+    pub measure: MeasureDifference,
     /// The tier to begin with.
     pub tier: Option<String>,
     pub facts: Facts,
@@ -83,6 +87,7 @@ struct Shown {
     input: egui_winit::State,
     adapter: Option<String>,
     errors: ErrorLog,
+    dialogs: FileDialogs,
     last: Instant,
     /// The title of the window.
     title: String,
@@ -171,7 +176,8 @@ impl Shown {
         // A processor renders for long. While time stands, it renders what a change reaches alone.
         model.clock().is_playing = !gpu.is_processor();
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
-        let ui = UiRenderer::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
+        let mut ui = UiRenderer::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
+        ui.viewer.measure_by(desktop.measure);
         let input = egui_winit::State::new(
             ui.ctx().clone(),
             egui::ViewportId::ROOT,
@@ -189,6 +195,7 @@ impl Shown {
             input,
             adapter,
             errors,
+            dialogs: FileDialogs::new(desktop.wake),
             last: Instant::now(),
             title: String::new(),
             redraw_at: None,
@@ -221,6 +228,7 @@ impl Shown {
         self.ui.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
         self.store_export();
+        self.choose_files();
         self.schedule_redraw(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
         self.replace_lost_device()
     }
@@ -256,10 +264,26 @@ impl Shown {
     fn update_title(&mut self) {
         let viewer = &self.ui.viewer;
         let mark = if viewer.is_unsaved() { " *" } else { "" };
-        let title = format!("{}{mark} – Afterimage", viewer.model.editor().project().name());
+        let shown = viewer.model.images().title();
+        let title = format!("{}{mark} – {shown} – Afterimage", viewer.model.editor().project().name());
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;
+        }
+    }
+
+    /// Opens the dialog that the user asks for, and the file that was chosen in one.
+    fn choose_files(&mut self) {
+        if let Some(request) = self.ui.viewer.take_file_request() {
+            self.dialogs.open(&self.window, request);
+        }
+        match self.dialogs.take() {
+            Some((FileRequest::Input(input), Some(path))) => self.ui.open_file(&path, Some(&input)),
+            Some((FileRequest::Pipeline, Some(path))) => self.ui.open_file(&path, None),
+            Some((_, None)) => {
+                self.ui.viewer.tell(&self.ui.ctx().clone(), "No file was chosen. Files can be dropped, too.")
+            }
+            None => {}
         }
     }
 

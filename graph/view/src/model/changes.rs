@@ -41,7 +41,7 @@ impl Target {
 }
 
 /// One moment of the history.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct State {
     text: Arc<str>,
     tier: Option<String>,
@@ -205,6 +205,22 @@ impl Changes {
     /// The file has the present text now, without the changed values.
     pub fn save_text(&mut self) {
         self.written = self.present.text.clone();
+    }
+
+    /// The present text, tier and values, without a history.
+    pub fn snapshot(&self) -> Self {
+        Self { present: self.present.clone(), written: self.written.clone(), ..Self::default() }
+    }
+
+    /// True if the text, the tier and the values are those of a snapshot.
+    pub fn shows(&self, snapshot: &Self) -> bool {
+        self.present == snapshot.present
+    }
+
+    /// Goes to the text, the tier and the values of a snapshot, in one step.
+    pub(super) fn go_to(&mut self, snapshot: &Self) {
+        self.begin_step();
+        self.present = snapshot.present.clone();
     }
 
     /// Goes back by one step.

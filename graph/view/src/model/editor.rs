@@ -9,7 +9,7 @@ use afterimage_graph::document::{parse, without_mark};
 use afterimage_graph::value::{FileValue, Value};
 
 use super::project::ask_saver;
-use super::{Changes, Checked, CompareWith, NamedFile, Project, Target, TextProject};
+use super::{Changes, Checked, CompareWith, NamedFile, Project, Slot, Target, TextProject};
 use crate::Problem;
 
 /// The file was changed where the user has changed something, too.
@@ -34,6 +34,7 @@ pub enum Resolution {
 pub struct Editor {
     project: Box<dyn Project>,
     pub(super) changes: Changes,
+    snapshots: [Option<Changes>; 2],
     checked: Option<Checked>,
     pub(super) conflict: Option<Conflict>,
     is_gone: bool,
@@ -43,8 +44,8 @@ pub struct Editor {
 
 impl Editor {
     pub(super) fn new(project: Box<dyn Project>) -> Self {
-        let changes = Changes::default();
-        Self { project, changes, checked: None, conflict: None, is_gone: false, has_errors: false }
+        let (changes, snapshots) = (Changes::default(), [None, None]);
+        Self { project, changes, snapshots, checked: None, conflict: None, is_gone: false, has_errors: false }
     }
 
     pub fn project(&self) -> &dyn Project {
@@ -104,14 +105,17 @@ impl Editor {
 
     /// The graph with the nodes that the user has switched.
     pub(super) fn present_graph(&self) -> Option<Graph> {
-        let mut graph = Graph::clone(self.graph()?);
-        for (target, value) in self.changes.iter() {
-            let Target::Node(name) = target else { continue };
-            if let Some((index, _)) = graph.node(name) {
-                graph.nodes[index].off = *value == Value::Bool(false);
-            }
-        }
-        Some(graph)
+        Some(with_switches(self.graph()?, &self.changes))
+    }
+
+    /// Remembers the present text, tier and values.
+    pub(super) fn take_snapshot(&mut self, slot: Slot) {
+        self.snapshots[slot as usize] = Some(self.changes.snapshot());
+    }
+
+    /// The text, the tier and the values that were remembered.
+    pub fn snapshot(&self, slot: Slot) -> Option<&Changes> {
+        self.snapshots[slot as usize].as_ref()
     }
 
     /// The lines of the text, counted from 1, in which the file writes a node.
@@ -213,23 +217,34 @@ impl Editor {
         }
     }
 
-    /// The graph of another picture, to compare the shown one with.
-    pub(super) fn graph_to_compare(&mut self, other: &CompareWith) -> Result<Graph, Problem> {
+    /// The graph of another picture, to compare the shown one with, and the changed values that it has.
+    pub(super) fn graph_to_compare(&mut self, other: &CompareWith) -> Result<(Graph, Changes), Problem> {
         let no_pipeline = || Problem::message("there is no pipeline to compare with");
-        let checked = match other {
+        let (checked, changes) = match other {
             CompareWith::Written if !self.changes.is_text_changed() => {
-                return self.graph().map(|graph| Graph::clone(graph)).ok_or_else(no_pipeline);
+                let graph = self.graph().ok_or_else(no_pipeline)?;
+                return Ok((Graph::clone(graph), Changes::default()));
             }
-            CompareWith::Written => self.project.check(self.changes.written(), self.changes.tier()),
-            CompareWith::Reference => return self.present_graph().ok_or_else(no_pipeline),
-            CompareWith::Tier(tier) => self.project.check(self.changes.text(), tier.as_deref()),
+            CompareWith::Written => {
+                (self.project.check(self.changes.written(), self.changes.tier()), Changes::default())
+            }
+            CompareWith::Snapshot(slot) => {
+                let snapshot = self.snapshot(*slot).ok_or_else(no_pipeline)?.snapshot();
+                (self.project.check(snapshot.text(), snapshot.tier()), snapshot)
+            }
+            CompareWith::Reference => {
+                return Ok((self.present_graph().ok_or_else(no_pipeline)?, self.changes.snapshot()));
+            }
+            CompareWith::Tier(tier) => {
+                (self.project.check(self.changes.text(), tier.as_deref()), self.changes.snapshot())
+            }
             CompareWith::Pipeline(name) => {
                 let mut project = TextProject::built_in(name).ok_or_else(no_pipeline)?;
                 let text = project.text().to_owned();
-                project.check(&text, None)
+                (project.check(&text, None), Changes::default())
             }
         };
-        Ok(Arc::unwrap_or_clone(checked.map_err(Problem::Pipeline)?.graph))
+        Ok((with_switches(&checked.map_err(Problem::Pipeline)?.graph, &changes), changes))
     }
 
     /// Writes the text with all changed values in it. Returns the place, for people.
@@ -282,4 +297,16 @@ impl Editor {
         let tier = new_tier.or(self.tier()).map(str::to_owned);
         self.changes.save(text, tier);
     }
+}
+
+/// A graph with the nodes that are switched by changes.
+fn with_switches(graph: &Graph, changes: &Changes) -> Graph {
+    let mut graph = graph.clone();
+    for (target, value) in changes.iter() {
+        let Target::Node(name) = target else { continue };
+        if let Some((index, _)) = graph.node(name) {
+            graph.nodes[index].off = *value == Value::Bool(false);
+        }
+    }
+    graph
 }

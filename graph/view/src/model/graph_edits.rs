@@ -1,6 +1,6 @@
 //! Edits of the graph: each is an edit of the text, and one step of the history.
 
-use afterimage_graph::check::{Candidate, Edit, Reader};
+use afterimage_graph::check::{Candidate, Connection, Edit, Reader};
 use afterimage_graph::node::NodeKind;
 
 use super::{InspectedWire, Model};
@@ -32,20 +32,28 @@ impl Model {
         Ok(())
     }
 
-    /// All wires, so many frames earlier, with the errors of those that an input or output cannot get.
+    /// All wires, so many frames earlier, for an input or output. They are not tried yet.
     ///
     /// # Errors
     /// The text has errors.
-    pub fn sources(&self, reader: &Reader, frames: u32) -> Result<Vec<Candidate>, Problem> {
+    pub fn sources(&self, reader: &Reader, frames: u32) -> Result<Vec<Connection>, Problem> {
         self.editor.ask(|saver| saver.sources(self.editor.tier(), reader, frames))
     }
 
-    /// All inputs and outputs, with the errors of those that cannot get a wire.
+    /// All inputs and outputs for a wire. They are not tried yet.
     ///
     /// # Errors
     /// The text has errors.
-    pub fn readers(&self, wire: &str) -> Result<Vec<Candidate>, Problem> {
+    pub fn readers(&self, wire: &str) -> Result<Vec<Connection>, Problem> {
         self.editor.ask(|saver| saver.readers(self.editor.tier(), wire))
+    }
+
+    /// Tries connections. Those that are not possible have errors.
+    ///
+    /// # Errors
+    /// The text has errors.
+    pub fn candidates(&self, connections: Vec<Connection>) -> Result<Vec<Candidate>, Problem> {
+        self.editor.ask(|saver| Ok(saver.candidates(self.editor.tier(), connections)))
     }
 
     /// The kinds of which a node may come between an input or output and what it reads.

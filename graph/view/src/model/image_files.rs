@@ -31,6 +31,8 @@ pub struct InputFile {
     pub numbers: Vec<u32>,
     /// Frames in a second.
     pub fps: f64,
+    /// The names of the layers that can be chosen after `#`.
+    pub layers: Vec<String>,
     pub read: ReadFrame,
     pub have_changed: HaveChanged,
 }
@@ -38,7 +40,14 @@ pub struct InputFile {
 impl InputFile {
     /// A file that does not change.
     pub fn still(name: &str, read: ReadFrame) -> Self {
-        Self { name: name.to_owned(), numbers: Vec::new(), fps: 24.0, read, have_changed: Box::new(|| false) }
+        Self {
+            name: name.to_owned(),
+            numbers: Vec::new(),
+            fps: 24.0,
+            layers: Vec::new(),
+            read,
+            have_changed: Box::new(|| false),
+        }
     }
 
     /// Reads a frame, and copies it to the device.
@@ -135,9 +144,14 @@ impl Files {
         self.files.is_empty()
     }
 
-    /// The name of the file of an input.
-    pub(super) fn name(&self, input: &GraphInput, inputs: &[GraphInput]) -> Option<&str> {
-        Some(&self.files[self.file_of(input, inputs)?].file.name)
+    /// The name of the file that was given first.
+    pub(super) fn first_name(&self) -> Option<&str> {
+        Some(&self.files.first()?.file.name)
+    }
+
+    /// The file of an input.
+    pub(super) fn file(&self, input: &GraphInput, inputs: &[GraphInput]) -> Option<&InputFile> {
+        Some(&self.files[self.file_of(input, inputs)?].file)
     }
 
     /// The pixels of the shown frame that no image can show, for each input with a file.

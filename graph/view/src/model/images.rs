@@ -129,8 +129,26 @@ impl Images {
         match self {
             Self::Scene(_) if input.block.is_some() => is_camera(input).then_some(SCENE_NAME),
             Self::Scene(_) => output_for(input, false).map(|_| SCENE_NAME),
-            Self::Files(files) => files.name(input, inputs),
+            Self::Files(files) => files.file(input, inputs).map(|file| &*file.name),
         }
+    }
+
+    /// The layers that can be chosen in the file of an input.
+    pub fn layers(&self, input: &GraphInput, inputs: &[GraphInput]) -> &[String] {
+        match self {
+            Self::Scene(_) => &[],
+            Self::Files(files) => files.file(input, inputs).map_or(&[], |file| &file.layers),
+        }
+    }
+
+    /// The name and the size of what is shown, for people.
+    pub fn title(&self) -> String {
+        let (name, size) = match self {
+            Self::Scene(scene) => (SCENE_NAME, scene.size),
+            Self::Files(files) => (files.first_name().unwrap_or("no file"), files.size()),
+        };
+        let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        format!("{name} {}x{}", size.width, size.height)
     }
 
     /// The number of the shown frame of a sequence, as its file states it.

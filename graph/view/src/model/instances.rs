@@ -50,9 +50,7 @@ impl Instances {
 
     pub(super) fn compare(&mut self, other: CompareWith, graph: &Graph, changes: &Changes) {
         let preset = if other == CompareWith::Reference { PlanPreset::Reference } else { PlanPreset::Show };
-        let unchanged = Changes::default();
-        let has_changes = matches!(other, CompareWith::Reference | CompareWith::Tier(_));
-        let instance = self.create(graph, preset, if has_changes { changes } else { &unchanged });
+        let instance = self.create(graph, preset, changes);
         self.compared = Some((other, instance));
     }
 

@@ -21,7 +21,7 @@ use afterimage_graph::value::Value;
 
 pub use changes::{Changes, Restored, Target};
 pub use clock::PlayClock;
-pub use comparison::CompareWith;
+pub use comparison::{CompareWith, Slot};
 pub use editor::{Conflict, Editor, Resolution};
 pub use frame_images::FrameImages;
 pub use image_files::{Files, HaveChanged, InputData, InputFile, ReadFrame};
@@ -285,6 +285,22 @@ impl Model {
         self.apply_restored(restored);
     }
 
+    /// Remembers the present text, tier and values. A comparison with the snapshot before it ends.
+    pub fn take_snapshot(&mut self, slot: Slot) {
+        self.editor.take_snapshot(slot);
+        if self.compared() == Some(&CompareWith::Snapshot(slot)) {
+            self.set_compared(None);
+        }
+    }
+
+    /// Goes back to a snapshot, in one step of undo. Returns false without one.
+    pub fn go_to_snapshot(&mut self, slot: Slot) -> bool {
+        let Some(snapshot) = self.editor.snapshot(slot).map(Changes::snapshot) else { return false };
+        self.editor.changes.go_to(&snapshot);
+        self.apply_restored(Some(Restored::Text));
+        true
+    }
+
     /// Makes the change again that was taken back last.
     pub fn redo(&mut self) {
         let restored = self.editor.changes.redo();
@@ -358,6 +374,11 @@ impl Model {
         self.is_stale = true;
     }
 
+    /// The number of the shown frame: that of its file, or the frames since the start.
+    pub fn frame_number(&self) -> u32 {
+        self.images.frame_number().unwrap_or_else(|| self.clock.frame())
+    }
+
     /// The number of frames of a sequence, and the frame rate.
     pub fn images_length(&self) -> Option<(usize, f64)> {
         self.images.length()
@@ -402,6 +423,11 @@ impl Model {
         self.instances.compared.as_ref().map(|(other, _)| other)
     }
 
+    /// That picture, and the pipeline that makes it.
+    pub fn comparison(&self) -> Option<(&CompareWith, &PipelineInstance)> {
+        self.instances.compared.as_ref().map(|(other, instance)| (other, instance))
+    }
+
     /// The texture of that picture.
     pub fn compared_picture(&self) -> Option<&wgpu::Texture> {
         self.instances.compared.as_ref().and_then(|(_, instance)| instance.picture())
@@ -413,7 +439,7 @@ impl Model {
         self.is_stale = true;
         let Some(other) = other else { return };
         match self.editor.graph_to_compare(&other) {
-            Ok(graph) => self.instances.compare(other, &graph, &self.editor.changes),
+            Ok((graph, changes)) => self.instances.compare(other, &graph, &changes),
             Err(problem) => self.problem = Some(problem),
         }
     }
@@ -474,6 +500,7 @@ impl Model {
     /// Records the next frame, `elapsed` seconds after the last call, if time runs or something has changed.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {
         self.instances.faults.take(&self.instances.gpu);
+        self.clock.set_length(self.images.length());
         let advanced = self.clock.advance(elapsed);
         let must_run = self.is_stale || self.instances.is_busy();
         if self.instances.shown.is_none() || advanced.is_none() && !must_run {

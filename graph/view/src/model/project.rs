@@ -74,6 +74,8 @@ pub struct Checked {
     pub claims: Vec<(String, Claim)>,
     /// The facts that the pipeline declares, with their meanings.
     pub facts: Vec<(String, String)>,
+    /// The parameters that people change first, with their meanings.
+    pub usual: Vec<(String, String)>,
 }
 
 impl Checked {
@@ -92,7 +94,8 @@ impl Checked {
         let checker = Checker::new(&document, registry, loader);
         let (graph, warnings) = checker.check(tier, &[])?;
         let claims = document.claims.iter().map(|(tier, claim)| (tier.value.clone(), claim.clone())).collect();
-        Ok(Self { graph: Arc::new(graph), warnings, tiers: checker.tiers(), claims, facts: checker.facts() })
+        let (tiers, facts, usual) = (checker.tiers(), checker.facts(), checker.usual());
+        Ok(Self { graph: Arc::new(graph), warnings, tiers, claims, facts, usual })
     }
 
     /// The meaning of a fact, as the pipeline declares it.

@@ -26,7 +26,7 @@ impl Grid {
         Self { target, pending: None }
     }
 
-    /// Samples an image, unless an earlier grid has not arrived yet.
+    /// Samples an image. Returns false while an earlier grid has not arrived yet.
     pub fn record(
         &mut self,
         device: &wgpu::Device,
@@ -34,9 +34,9 @@ impl Grid {
         encoder: &mut wgpu::CommandEncoder,
         image: &wgpu::Texture,
         slice: u32,
-    ) {
+    ) -> bool {
         if self.pending.is_some() {
-            return;
+            return false;
         }
         let mut placement: Placement = bytemuck::Zeroable::zeroed();
         placement.extent = GRID.map(|side| side as f32);
@@ -55,6 +55,7 @@ impl Grid {
         let to = wgpu::TexelCopyBufferInfo { buffer: &readback.buffer, layout };
         encoder.copy_texture_to_buffer(self.target.as_image_copy(), to, self.target.size());
         self.pending = Some(readback);
+        true
     }
 
     /// Requests the grid that was sampled; call it after the commands are submitted.
@@ -64,7 +65,7 @@ impl Grid {
         }
     }
 
-    /// The numbers, row by row, once they have arrived.
+    /// The numbers, row by row, once they have arrived; alpha is the number of texels with NaN around each.
     pub fn take(&mut self) -> Option<Vec<[f32; 4]>> {
         let bytes = self.pending.as_ref()?.bytes()?;
         self.pending = None;

@@ -1,12 +1,14 @@
 //! One control for each type of parameter, made from its declaration.
 
+use std::f64::consts::TAU;
+
 use afterimage_graph::value::{ChoiceName, FileValue, Param, Type, Value};
-use egui::{Slider, Ui};
+use egui::{Color32, PopupCloseBehavior, Sense, Slider, Stroke, Ui, Vec2};
 
 use super::list_keys::choose_by_keys;
 
-/// A range this many times as wide as its lower end is shown in steps of equal ratio.
-const WIDE: f64 = 200.0;
+/// A logarithmic slider from zero begins at this part of its upper end.
+const LEAST: f64 = 1e-3;
 /// The range of a number without a domain or a usual range.
 const ANY: (f64, f64) = (-10.0, 10.0);
 /// The width of the field of a text, in points.
@@ -51,27 +53,24 @@ pub(super) fn range(param: &Param) -> (f64, f64) {
     param.usual.or(domain).unwrap_or(ANY)
 }
 
-fn is_wide(low: f64, high: f64) -> bool {
-    low > 0.0 && high / low > WIDE || low == 0.0 && high > WIDE
+/// The slider of a number, in steps of equal ratio if the parameter declares it.
+fn slider<'n, N: egui::emath::Numeric>(number: &'n mut N, param: &Param) -> Slider<'n> {
+    let (low, high) = range(param);
+    let slider = Slider::new(number, N::from_f64(low)..=N::from_f64(high)).show_value(false);
+    slider.logarithmic(param.logarithmic).smallest_positive(LEAST * high)
 }
 
 fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<ControlChange> {
-    let (low, high) = range(param);
-    let slider = Slider::new(&mut number, low as i64..=high as i64).logarithmic(is_wide(low, high));
-    let slid = ui.add(slider.clamping(egui::SliderClamping::Edits).show_value(false));
+    let slid = ui.add(slider(&mut number, param).clamping(egui::SliderClamping::Edits));
     let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(0.1));
     let number = within(param, number as f64) as i64;
     answer(&response, Value::Int(number))
 }
 
 fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<ControlChange> {
-    let (low, high) = range(param);
     // What is typed may leave the usual range, but not the domain.
-    let slider = Slider::new(&mut number, low..=high)
-        .logarithmic(is_wide(low, high))
-        .clamping(egui::SliderClamping::Never)
-        .show_value(false);
-    let slid = ui.add(slider);
+    let slid = ui.add(slider(&mut number, param).clamping(egui::SliderClamping::Never));
+    let (low, high) = range(param);
     let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(speed(low, high)).max_decimals(4));
     answer(&response, Value::Float(rounded(within(param, number))))
 }
@@ -116,6 +115,10 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
             responses.push(ui.add_sized([48.0, 20.0], drag));
             *number = rounded(within(param, *number));
         }
+        if count == 3 && is_graded(param) {
+            responses.extend(wheel(ui, &mut numbers, range(param)));
+            numbers[..3].iter_mut().for_each(|number| *number = within(param, *number));
+        }
         if count == 3 && is_color(param) {
             responses.push(picker(ui, &mut numbers));
         }
@@ -124,8 +127,14 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
     answer(&all, Value::Vector(numbers, count))
 }
 
+/// True for numbers of red, green and blue that change nothing where they are equal, such as lift, gamma and gain.
+fn is_graded(param: &Param) -> bool {
+    matches!(param.neutral, Some(Value::Vector([red, green, blue, _], 3)) if red == green && green == blue)
+}
+
 fn is_color(param: &Param) -> bool {
-    ["color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
+    let is_light = range(param).0 >= 0.0;
+    is_light && ["color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
 }
 
 /// A linear color; those brighter than 1 keep their brightness.
@@ -139,6 +148,75 @@ fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
         }
     }
     response
+}
+
+/// The angles of red, green and blue on a wheel, as on a vectorscope turned so that red is at the top.
+const ANGLES: [f64; 3] = [0.25 * TAU, (0.25 + 1.0 / 3.0) * TAU, (0.25 + 2.0 / 3.0) * TAU];
+/// The side of a wheel in points.
+const WHEEL: f32 = 150.0;
+
+/// The place of three numbers on a wheel of a radius: to the right and up, both zero where they are equal.
+fn on_wheel(numbers: [f64; 4], radius: f64) -> [f64; 2] {
+    let mean = numbers[..3].iter().sum::<f64>() / 3.0;
+    let along = |axis: fn(f64) -> f64| {
+        let parts = ANGLES.iter().zip(numbers).map(|(angle, number)| (number - mean) * axis(*angle));
+        2.0 / 3.0 / radius * parts.sum::<f64>()
+    };
+    [along(f64::cos), along(f64::sin)]
+}
+
+/// The numbers at a place of a wheel, which have the mean of before.
+fn from_wheel(numbers: [f64; 4], [x, y]: [f64; 2], radius: f64) -> [f64; 4] {
+    let mean = numbers[..3].iter().sum::<f64>() / 3.0;
+    let number = |angle: f64| rounded(mean + radius * (x * angle.cos() + y * angle.sin()));
+    [number(ANGLES[0]), number(ANGLES[1]), number(ANGLES[2]), numbers[3]]
+}
+
+/// A wheel for three numbers, in a menu: its middle is where they are equal, and a slider moves all of them.
+fn wheel(ui: &mut Ui, numbers: &mut [f64; 4], (low, high): (f64, f64)) -> Option<egui::Response> {
+    let radius = 0.25 * (high - low);
+    let button = egui::containers::menu::MenuButton::new("●")
+        .config(egui::containers::menu::MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside));
+    let (button, shown) = button.ui(ui, |ui| {
+        let (rect, mut response) = ui.allocate_exact_size(Vec2::splat(WHEEL), Sense::click_and_drag());
+        let scale = f64::from(rect.width()) / 2.0;
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+            let from = (at - rect.center()) / scale as f32;
+            let from = from / from.length().max(1.0);
+            *numbers = from_wheel(*numbers, [from.x.into(), (-from.y).into()], radius);
+            response.mark_changed();
+        }
+        if response.double_clicked() {
+            *numbers = from_wheel(*numbers, [0.0, 0.0], radius);
+            response.mark_changed();
+        }
+        let [x, y] = on_wheel(*numbers, radius);
+        draw_wheel(ui, rect, Vec2::new(x as f32, -y as f32));
+        let mean = numbers[..3].iter().sum::<f64>() / 3.0;
+        let mut moved = mean;
+        ui.spacing_mut().slider_width = WHEEL;
+        let slid = ui.add(Slider::new(&mut moved, low..=high).show_value(false)).on_hover_text("All three together");
+        numbers[..3].iter_mut().for_each(|number| *number = rounded(*number + moved - mean));
+        response | slid
+    });
+    button.on_hover_text("A wheel: the middle is gray, a double click goes there");
+    shown.map(|shown| shown.inner)
+}
+
+fn draw_wheel(ui: &Ui, rect: egui::Rect, at: Vec2) {
+    let (painter, center, radius) = (ui.painter_at(rect), rect.center(), rect.width() / 2.0 - 4.0);
+    for step in 0..96 {
+        let angle = TAU * f64::from(step) / 96.0;
+        let part = |own: f64| (255.0 * (0.5 + 0.5 * (angle - own).cos())) as u8;
+        let color = Color32::from_rgb(part(ANGLES[0]), part(ANGLES[1]), part(ANGLES[2]));
+        let direction = Vec2::new(angle.cos() as f32, -angle.sin() as f32);
+        let next = Vec2::angled(-(angle + TAU / 96.0) as f32);
+        painter.line_segment([center + radius * direction, center + radius * next], Stroke::new(4.0, color));
+    }
+    let faint = Stroke::new(1.0, Color32::from_gray(0x48));
+    painter.line_segment([center - Vec2::X * radius, center + Vec2::X * radius], faint);
+    painter.line_segment([center - Vec2::Y * radius, center + Vec2::Y * radius], faint);
+    painter.circle(center + radius * at, 5.0, Color32::from_gray(0xe0), Stroke::new(1.5, Color32::BLACK));
 }
 
 fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'static str) -> Option<ControlChange> {
@@ -183,6 +261,16 @@ mod tests {
         assert_eq!(rounded(321.098_765), 321.099);
         assert_eq!(rounded(-0.1 - 0.2), -0.3);
         assert_eq!(rounded(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_wheel_keeps_the_mean_and_gives_back_what_it_was_given() {
+        for numbers in [[1.0, 1.0, 1.0, 0.0], [1.04, 1.02, 1.0, 0.0], [-0.02, 0.05, 0.01, 0.0]] {
+            let place = on_wheel(numbers, 0.5);
+            assert_eq!(from_wheel(numbers, place, 0.5), numbers);
+        }
+        let red = from_wheel([1.0; 4], [0.0, 1.0], 0.5);
+        assert_eq!(red, [1.5, 0.75, 0.75, 1.0], "red is at the top");
     }
 
     #[test]

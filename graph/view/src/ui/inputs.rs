@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::ColorState;
-use egui::{Context, Id, Modal, RichText, Ui};
+use egui::{ComboBox, Context, Id, Modal, RichText, Ui};
 
 use super::controls::line;
+use super::list_keys::choose_by_keys;
 use super::theme::DIM;
 use crate::Problem;
 use crate::model::{InputFile, Model, SCENE_NAME};
@@ -16,6 +17,8 @@ use crate::model::{InputFile, Model, SCENE_NAME};
 pub(super) struct InputPanel {
     /// The file of an input that the user has named.
     pub(super) named: Option<(String, PathBuf)>,
+    /// The input whose file the user wants to choose in a dialog.
+    pub(super) asked_file: Option<String>,
     /// The input whose row is under the pointer.
     hovered: Option<String>,
     /// A dropped file that several inputs can take.
@@ -39,6 +42,7 @@ impl InputPanel {
             if row.response.contains_pointer() {
                 self.hovered = Some(input.name.clone());
             }
+            self.layers(ui, model, input, &graph.inputs);
         }
         ui.separator();
     }
@@ -54,11 +58,14 @@ impl InputPanel {
         let shown = if is_file { given.as_deref().unwrap_or_default() } else { "" };
         let hint = given.clone().unwrap_or_else(|| if input.optional { "nothing" } else { "needed" }.to_owned());
         if has_paths {
-            if let Some(path) = line(ui, &input.name, shown, &hint, 128.0) {
+            if let Some(path) = line(ui, &input.name, shown, &hint, if is_file { 84.0 } else { 112.0 }) {
                 match path.is_empty() {
                     true => clear(model, input),
                     false => self.named = Some((input.name.clone(), path.into())),
                 }
+            }
+            if ui.small_button("…").on_hover_text("Choose a file").clicked() {
+                self.asked_file = Some(input.name.clone());
             }
         } else {
             ui.add(egui::Label::new(RichText::new(if is_file { shown } else { &hint }).color(DIM)).truncate());
@@ -67,6 +74,33 @@ impl InputPanel {
             clear(model, input);
         }
         ui.label(RichText::new(type_name(input)).color(DIM).small());
+    }
+
+    /// The layers of the file of an input, if there is a choice.
+    fn layers(&mut self, ui: &mut Ui, model: &Model, input: &GraphInput, inputs: &[GraphInput]) {
+        let layers = model.images().layers(input, inputs);
+        let Some((path, present)) = model.images().name(input, inputs).map(with_layer) else { return };
+        if layers.is_empty() {
+            return;
+        }
+        let mut chosen = present;
+        ui.horizontal(|ui| {
+            ui.add_space(94.0 + ui.spacing().item_spacing.x);
+            let combo = ComboBox::from_id_salt(("layer", &input.name)).selected_text(present.unwrap_or(LIKELY));
+            combo.width(128.0).show_ui(ui, |ui| {
+                let mut entries = vec![(ui.selectable_value(&mut chosen, None, LIKELY), LIKELY)];
+                for layer in layers {
+                    entries.push((ui.selectable_value(&mut chosen, Some(&**layer), layer), layer));
+                }
+                let place = layers.iter().position(|layer| Some(&**layer) == present).map_or(0, |place| place + 1);
+                choose_by_keys(ui, &entries, place);
+            });
+            ui.label(RichText::new("layer").color(DIM).small());
+        });
+        if chosen != present {
+            let name = chosen.map_or(path.to_owned(), |layer| format!("{path}#{layer}"));
+            self.named = Some((input.name.clone(), name.into()));
+        }
     }
 
     /// Gives a dropped file to an input: to that under the pointer, to the one that the name of the file has as a word,
@@ -139,6 +173,18 @@ fn clear(model: &mut Model, input: &GraphInput) {
     let _ = model.set_input(Some(&input.name), None);
 }
 
+/// The entry for the layer that a file is most likely meant to show.
+const LIKELY: &str = "the likely one";
+
+/// A path and the layer that it names.
+fn with_layer(name: &str) -> (&str, Option<&str>) {
+    let is_exr = |path: &str| path.to_lowercase().ends_with(".exr");
+    match name.rsplit_once('#') {
+        Some((path, layer)) if is_exr(path) => (path, Some(layer)),
+        _ => (name, None),
+    }
+}
+
 /// The name without its folders.
 fn short(name: &str) -> String {
     Path::new(name).file_name().map_or(name.to_owned(), |name| name.to_string_lossy().into_owned())
@@ -188,6 +234,13 @@ fn about(input: &GraphInput) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_layer_is_named_after_the_ending() {
+        assert_eq!(with_layer("a#1/shot.####.exr#diffuse.R"), ("a#1/shot.####.exr", Some("diffuse.R")));
+        assert_eq!(with_layer("shot.####.EXR"), ("shot.####.EXR", None));
+        assert_eq!(with_layer("z.exr#Z"), ("z.exr", Some("Z")));
+    }
 
     #[test]
     fn the_name_of_a_file_tells_its_input() {

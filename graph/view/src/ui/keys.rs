@@ -6,13 +6,16 @@ use super::graph::GraphPanel;
 use super::picture::{Comparison, PictureView};
 use super::text::TextPanel;
 use super::{ExportKind, Tab, Viewer};
-use crate::model::{CompareWith, Model, PlayClock};
+use crate::model::{CompareWith, Model, PlayClock, Slot};
 
 impl Viewer {
     /// Runs the commands of pressed keys. Those without Ctrl are commands while the picture has the focus alone: a
     /// letter that misses its field does nothing.
     pub(super) fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
+        if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::S) {
+            self.save_as(ctx);
+        }
         if pressed(Modifiers::COMMAND, Key::S) {
             self.save(ctx);
         }
@@ -41,16 +44,23 @@ impl Viewer {
         if is_taken {
             return;
         }
+        if self.snapshot_keys(ctx) {
+            return;
+        }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
         self.picture.has_focus |= plain(Key::Escape);
         if !self.picture.has_focus {
-            if ctx.input(|input| input.events.iter().any(|event| matches!(event, Event::Text(_)))) {
+            let is_text = |event: &Event| matches!(event, Event::Text(_));
+            if ctx.input(|input| input.events.iter().any(is_text)) {
                 self.tell(ctx, "Letters are commands while the picture has the focus: click it, or press Esc.");
             }
             return;
         }
         time_keys(self.model.clock(), plain);
         picture_keys(&mut self.model, &mut self.picture, plain);
+        if plain(Key::E) {
+            self.measurement.request();
+        }
         self.panel_keys(plain);
     }
 
@@ -64,6 +74,34 @@ impl Viewer {
     pub(super) fn redo(&mut self) {
         self.text.apply(&mut self.model);
         self.model.redo();
+    }
+
+    /// Takes a snapshot with Ctrl, compares with it with Alt, and goes back to it with both. Returns true for such a key.
+    fn snapshot_keys(&mut self, ctx: &Context) -> bool {
+        for (key, slot) in [(Key::Num1, Slot::A), (Key::Num2, Slot::B)] {
+            let pressed = |modifiers| ctx.input_mut(|input| input.consume_key(modifiers, key));
+            let none = || format!("There is no snapshot {}: Ctrl+{} takes it.", slot.name(), key.name());
+            if pressed(Modifiers::COMMAND | Modifiers::ALT) {
+                self.text.apply(&mut self.model);
+                let is_done = self.model.go_to_snapshot(slot);
+                self.tell(ctx, if is_done { format!("As in snapshot {}", slot.name()) } else { none() });
+            } else if pressed(Modifiers::COMMAND) {
+                self.text.apply(&mut self.model);
+                self.model.take_snapshot(slot);
+                self.tell(ctx, format!("Snapshot {}: Alt+{} compares with it", slot.name(), key.name()));
+            } else if pressed(Modifiers::ALT) {
+                let other = CompareWith::Snapshot(slot);
+                let is_shown = self.model.compared() == Some(&other);
+                match self.model.editor().snapshot(slot) {
+                    Some(_) => self.model.set_compared((!is_shown).then_some(other)),
+                    None => self.tell(ctx, none()),
+                }
+            } else {
+                continue;
+            }
+            return true;
+        }
+        false
     }
 
     fn panel_keys(&mut self, pressed: impl Fn(Key) -> bool) {
@@ -84,6 +122,11 @@ fn time_keys(clock: &mut PlayClock, pressed: impl Fn(Key) -> bool) {
     }
     if pressed(Key::C) {
         clock.cut();
+    }
+    for (index, key) in [Key::I, Key::O].into_iter().enumerate() {
+        if pressed(key) {
+            clock.mark(index);
+        }
     }
 }
 

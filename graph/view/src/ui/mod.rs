@@ -9,6 +9,7 @@ mod help;
 mod inputs;
 mod keys;
 mod list_keys;
+mod measurement;
 mod message;
 mod missing_image;
 pub(crate) mod new_file;
@@ -37,8 +38,10 @@ use export::Exporter;
 pub use export::{ExportKind, Exported};
 use graph::GraphPanel;
 use inputs::{InputPanel, give};
+use measurement::Measurement;
+pub use measurement::{MeasureDifference, MeasuredPicture};
 use message::Message;
-pub use new_file::{MakeProject, NewFiles};
+pub use new_file::{FileRequest, MakeProject, NewFiles};
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use pixel_inspector::PixelInspector;
@@ -69,7 +72,12 @@ pub struct Viewer {
     text: TextPanel,
     scopes: ScopePanel,
     pixel_inspector: PixelInspector,
+    /// The shown image is another one than the scopes have sampled.
+    is_sample_due: bool,
+    /// A file that the user wants to choose.
+    file_request: Option<FileRequest>,
     exporter: Exporter,
+    measurement: Measurement,
     save_dialogs: SaveDialogs,
     message: Message,
 }
@@ -95,15 +103,24 @@ impl Viewer {
             text: TextPanel::default(),
             scopes: ScopePanel::new(&gpu.device),
             pixel_inspector: PixelInspector::default(),
+            is_sample_due: true,
+            file_request: None,
             exporter: Exporter::default(),
+            measurement: Measurement::default(),
             save_dialogs: SaveDialogs::new(new_files),
             message: Message::default(),
         }
     }
 
+    /// Lets comparisons be measured.
+    pub fn measure_by(&mut self, measure: MeasureDifference) {
+        self.measurement.measure = Some(measure);
+    }
+
     /// Draws into targets of another format from now on, or on another device.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
         self.scopes.rebuild(&self.model.gpu().device);
+        self.is_sample_due = true;
         (self.pixel_inspector, self.exporter) = (PixelInspector::default(), Exporter::default());
         self.painter = Painter::new(self.model.gpu(), target);
     }
@@ -122,16 +139,19 @@ impl Viewer {
         self.model.inspect_pixels(self.inspects_pixels);
         let rendered = self.model.render(encoder, elapsed);
         self.tabs.follow_problem(self.model.problem().is_some());
+        self.is_sample_due |= rendered == Rendered::New;
         self.record_readbacks(encoder);
         self.exporter.record(encoder, &self.model, &self.picture);
+        self.measurement.record(encoder, &self.model);
         rendered
     }
 
     /// Records the copies for the scopes and the pixel inspector.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let Some(subject) = Subject::of(&self.model) else { return self.scopes.forget() };
-        if self.shows_scopes || subject.is_data() {
-            self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
+        if self.is_sample_due {
+            let is_sampled = self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
+            self.is_sample_due = !is_sampled;
         }
         if let Some(place) = self.picture.inspected_place.filter(|_| self.inspects_pixels) {
             self.pixel_inspector.record(&self.model, encoder, place);
@@ -151,6 +171,7 @@ impl Viewer {
         if let Err(why) = self.exporter.finish() {
             self.tell(ctx, format!("Nothing is exported: {why}"));
         }
+        self.measurement.finish(ctx);
         if self.exporter.is_pending() {
             ctx.request_repaint();
         }
@@ -161,6 +182,7 @@ impl Viewer {
         if !self.is_bare {
             self.panels(ui);
         }
+        self.picture.figures = self.measurement.figures(&self.model);
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
@@ -210,6 +232,12 @@ impl Viewer {
         self.inputs.named.take()
     }
 
+    /// A file that the user wants to choose, for the shell to ask.
+    pub fn take_file_request(&mut self) -> Option<FileRequest> {
+        let of_input = || self.inputs.asked_file.take().map(FileRequest::Input);
+        self.file_request.take().or_else(of_input)
+    }
+
     /// True while the user is asked something.
     fn asks(&self) -> bool {
         self.model.editor().conflict().is_some() || self.save_dialogs.asks() || self.inputs.asks()
@@ -240,6 +268,14 @@ impl Viewer {
     fn save(&mut self, ctx: &Context) {
         self.text.apply(&mut self.model);
         if let Some(message) = self.save_dialogs.save(&mut self.model, None) {
+            self.tell(ctx, message);
+        }
+    }
+
+    /// Writes the text with the changes into a new file.
+    fn save_as(&mut self, ctx: &Context) {
+        self.text.apply(&mut self.model);
+        if let Some(message) = self.save_dialogs.save_as(&mut self.model, None) {
             self.tell(ctx, message);
         }
     }
@@ -335,7 +371,7 @@ impl Viewer {
             Tab::Text => self.show_text(ui),
             Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
-                if let Some(line) = text::messages(ui, &self.model, self.save_dialogs.error()) {
+                if let Some(line) = text::messages(ui, &self.model, &self.other_problems()) {
                     self.text.go_to(line);
                     self.tabs.open = Some(Tab::Text);
                 }
@@ -345,13 +381,14 @@ impl Viewer {
 
     /// The text, with the messages beside it.
     fn show_text(&mut self, ui: &mut Ui) {
-        if text::has_messages(&self.model) || self.save_dialogs.error().is_some() {
+        let others = self.other_problems();
+        if text::has_messages(&self.model) || !others.is_empty() {
             let panel = match self.tabs.is_narrow() {
                 true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
                 false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
             };
             panel.resizable(true).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, self.save_dialogs.error()) {
+                if let Some(line) = text::messages(ui, &self.model, &others) {
                     self.text.go_to(line);
                 }
             });
@@ -359,10 +396,19 @@ impl Viewer {
         self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
+    /// The error of the last attempt to save, and the pixels of the shown image that no image can show.
+    fn other_problems(&self) -> Vec<String> {
+        let nan = Some(self.scopes.nan()).filter(|count| *count > 0).map(|count| {
+            let wire = self.model.inspector().wire().map_or("the picture", |wire| &*wire.wire);
+            format!("{wire} has {count} pixels with NaN")
+        });
+        self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).collect()
+    }
+
     fn tab_bar(&mut self, ui: &mut Ui) {
         let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
-            self.tabs.show(ui, has_problem || self.save_dialogs.error().is_some());
+            self.tabs.show(ui, has_problem || !self.other_problems().is_empty());
             if self.tabs.open == Some(Tab::Graph) && !self.tabs.is_narrow() {
                 self.add_button(ui);
             }

@@ -16,6 +16,15 @@ pub enum NewFiles {
     Downloaded(MakeProject),
 }
 
+/// A file that the user wants to choose in a dialog.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FileRequest {
+    /// A pipeline to open.
+    Pipeline,
+    /// The file of the input of that name.
+    Input(String),
+}
+
 /// The question for the path of a file, while it is open.
 pub(super) struct NewFile {
     pub(super) path: String,

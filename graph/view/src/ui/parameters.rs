@@ -61,6 +61,7 @@ impl Parameters {
             inputs(ui, model);
             facts(ui, model, &graph);
             let mut actions = Vec::new();
+            self.usual(ui, model, &graph, &mut actions);
             for index in 0..graph.nodes.len() {
                 self.node(ui, model, (&graph, index), selected, &mut actions);
             }
@@ -96,6 +97,28 @@ impl Parameters {
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
 
+    /// The parameters that the pipeline declares as usual, above the rest.
+    fn usual(&self, ui: &mut Ui, model: &Model, graph: &Graph, actions: &mut Vec<PanelAction>) {
+        let Some(checked) = model.editor().checked().filter(|_| !self.is_searched()) else { return };
+        let found = checked.usual.iter().filter_map(|(name, meaning)| Some((graph.parameter(name).ok()?, meaning)));
+        let found: Vec<(ParameterId, &String)> = found.collect();
+        if found.is_empty() {
+            return;
+        }
+        ui.label(RichText::new("Usual").strong())
+            .on_hover_text("What people change first, as the pipeline declares it");
+        for (parameter, meaning) in found {
+            let name = graph.parameter_name(parameter);
+            // The same parameter has another row below.
+            ui.push_id(("usual", &name), |ui| row(ui, model, graph, (parameter, &name, meaning), actions));
+        }
+        ui.separator();
+    }
+
+    fn is_searched(&self) -> bool {
+        !self.search.is_empty() || self.only_changed
+    }
+
     fn node(
         &self,
         ui: &mut Ui,
@@ -110,7 +133,7 @@ impl Parameters {
             return;
         }
         // What is found is open. The end of the search brings back what was open before.
-        let is_searched = !self.search.is_empty() || self.only_changed;
+        let is_searched = self.is_searched();
         let id = ui.make_persistent_id((if is_searched { "found" } else { "node" }, &node.name));
         let is_open = is_searched || graph.nodes.len() < 6;
         let mut state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, is_open);
@@ -122,7 +145,8 @@ impl Parameters {
         let header = state.show_header(ui, |ui| header(ui, model, (node, is_selected), actions));
         let (_, shown, _) = header.body(|ui| {
             for parameter in rows {
-                row(ui, model, graph, parameter, actions);
+                let name = &graph.declaration(parameter).name;
+                row(ui, model, graph, (parameter, name, ""), actions);
             }
         });
         if is_goal {
@@ -176,8 +200,15 @@ const DIMMED: f32 = 0.45;
 /// In less width than this, in points, a unit would be two letters; the text over the name states it anyway.
 const NARROWEST_UNIT: f32 = 36.0;
 
-/// A row: the name, marked if it is changed, and the control. It is dim while the parameter does nothing.
-fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, actions: &mut Vec<PanelAction>) {
+/// A row: a name, marked if the parameter is changed, and the control. It is dim while the parameter does nothing.
+/// `meaning` is what the pipeline states of it.
+fn row(
+    ui: &mut Ui,
+    model: &Model,
+    graph: &Graph,
+    (parameter, shown_name, meaning): (ParameterId, &str, &str),
+    actions: &mut Vec<PanelAction>,
+) {
     let (name, param) = (graph.parameter_name(parameter), graph.declaration(parameter));
     let Some(value) = model.editor().value(&name) else { return };
     let target = Target::Parameter(name);
@@ -190,11 +221,14 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, action
             ui.multiply_opacity(DIMMED);
         }
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
-        let marked = RichText::new(&*param.name).color(color);
+        let marked = RichText::new(shown_name).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_ui(|ui| {
             if let Some(why) = &inactive_reason {
                 ui.label(RichText::new(why).color(ACCENT));
+            }
+            if !meaning.is_empty() {
+                ui.label(RichText::new(meaning).strong());
             }
             ui.label(about(param, model.editor().written(&target).as_ref()));
         });
@@ -238,7 +272,7 @@ fn about(param: &Param, written: Option<&Value>) -> String {
 }
 
 fn first_sentence(doc: &str) -> String {
-    doc.split("\n\n").next().unwrap_or(doc).to_owned()
+    doc.trim_start().split("\n\n").next().unwrap_or(doc).to_owned()
 }
 
 /// The facts that the conditions of the pipeline test: unknown until the user states them.

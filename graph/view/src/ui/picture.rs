@@ -62,6 +62,8 @@ pub struct PictureView {
     pub range: (f32, f32),
     /// Letters are commands: the picture was pressed last, and no panel.
     pub has_focus: bool,
+    /// The difference of the compared pictures in figures.
+    pub(super) figures: Option<String>,
     is_wiping: bool,
 }
 
@@ -85,6 +87,7 @@ impl Default for PictureView {
             is_pinned: false,
             range: (0.0, 1.0),
             has_focus: true,
+            figures: None,
             is_wiping: false,
         }
     }
@@ -332,6 +335,9 @@ impl PictureView {
             say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
         }
         let Some(compared) = model.compared().filter(|_| compares) else { return };
+        if let Some(figures) = &self.figures {
+            say(area.left_bottom() + Vec2::new(14.0, -34.0), egui::Align2::LEFT_BOTTOM, figures);
+        }
         if self.comparison == Comparison::Difference {
             let text = format!("The difference from {}, {DIFFERENCE} times as strong", compared.name());
             return say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &text);

@@ -72,6 +72,11 @@ impl SaveDialogs {
             let saved = model.save(new_tier);
             return Some(self.report(model, saved));
         }
+        self.save_as(model, new_tier)
+    }
+
+    /// Saves the model as a new file, for whose path the user is asked.
+    pub(super) fn save_as(&mut self, model: &mut Model, new_tier: Option<&str>) -> Option<String> {
         let name = model.editor().project().name();
         match &self.new_files {
             NewFiles::Asked(_) if self.new_file.is_some() => None,

@@ -30,15 +30,15 @@ impl ScopePanel {
         self.grid = Grid::new(device);
     }
 
-    /// Samples an image, unless an earlier sample has not arrived yet.
+    /// Samples an image. Returns false while an earlier sample has not arrived yet.
     pub(super) fn record(
         &mut self,
         device: &wgpu::Device,
         painter: &Painter,
         encoder: &mut wgpu::CommandEncoder,
         subject: &Subject,
-    ) {
-        self.grid.record(device, painter, encoder, &subject.image, subject.slice);
+    ) -> bool {
+        self.grid.record(device, painter, encoder, &subject.image, subject.slice)
     }
 
     /// Requests what was sampled; call it after the commands are submitted.
@@ -60,6 +60,11 @@ impl ScopePanel {
     /// Shows nothing of the picture before.
     pub(super) fn forget(&mut self) {
         self.scopes = None;
+    }
+
+    /// The number of pixels with NaN in what is shown.
+    pub(super) fn nan(&self) -> u64 {
+        self.scopes.as_ref().map_or(0, |(scopes, _)| scopes.nan)
     }
 
     /// The least and the largest number of what is shown.

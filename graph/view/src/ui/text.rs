@@ -177,17 +177,17 @@ fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Opti
     Some(found.sources.position(&location.file, location.start).filter(|_| is_own)?.line)
 }
 
-/// Shows errors and warnings; a click on a location returns its line. `save_error` is that of the last attempt to save.
-pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> Option<usize> {
+/// Shows errors and warnings; a click on a location returns its line. `others` are those that the model does not know.
+pub(super) fn messages(ui: &mut Ui, model: &Model, others: &[String]) -> Option<usize> {
     let mut line = None;
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-        if let Some(text) = save_error {
+        for text in others {
             ui.label(RichText::new(text).monospace().color(ERROR));
         }
         match model.problem() {
             Some(Problem::Pipeline(errors)) => line = list(ui, model, errors),
             Some(other) => drop(ui.label(RichText::new(other.to_string()).monospace().color(ERROR))),
-            None if !has_messages(model) && save_error.is_none() => {
+            None if !has_messages(model) && others.is_empty() => {
                 ui.label(RichText::new("Nothing is wrong.").color(DIM));
             }
             None => {}

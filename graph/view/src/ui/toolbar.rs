@@ -2,12 +2,13 @@
 
 use egui::{Button, ComboBox, RichText, Ui};
 
-use super::Viewer;
 use super::export::{self, ExportChoice};
 use super::list_keys::choose_by_keys;
+use super::measurement::Measurement;
 use super::picture::{Comparison, PictureView, Subject};
 use super::theme::{ACCENT, DIM};
-use crate::model::{CompareWith, Editor, Model, TextProject};
+use super::{FileRequest, Viewer};
+use crate::model::{CompareWith, Editor, Model, Slot, TextProject};
 
 /// The length of the time bar where no sequence of images has one.
 const TIME_BAR_SECONDS: f64 = 40.0;
@@ -23,7 +24,7 @@ impl Viewer {
             self.save_as_tier_button(ui);
             self.export_menu(ui);
             ui.separator();
-            compare_menu(ui, &mut self.model, &mut self.picture);
+            compare_menu(ui, &mut self.model, &mut self.picture, &mut self.measurement);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 self.help_button(ui);
                 ui.toggle_value(&mut self.shows_scopes, "Scopes").on_hover_text("S");
@@ -43,7 +44,7 @@ impl Viewer {
         ui.horizontal_wrapped(|ui| {
             self.save_as_tier_button(ui);
             self.export_menu(ui);
-            compare_menu(ui, &mut self.model, &mut self.picture);
+            compare_menu(ui, &mut self.model, &mut self.picture, &mut self.measurement);
             ui.toggle_value(&mut self.inspects_pixels, "Probe").on_hover_text("P: the pixel at every node");
             self.help_button(ui);
         });
@@ -72,8 +73,14 @@ impl Viewer {
             name += " *";
         }
         name += " ▾";
-        let mut chosen = None;
+        let (mut chosen, mut opens, mut saves) = (None, false, false);
+        let has_paths = self.save_dialogs.has_paths();
         ui.menu_button(RichText::new(name).strong(), |ui| {
+            if has_paths {
+                opens = ui.button("Open…").on_hover_text("Choose the file of a pipeline").clicked();
+                saves = ui.button("Save as…").on_hover_text("Ctrl+Shift+S: a new file").clicked();
+                ui.separator();
+            }
             ui.label(RichText::new("Built-in pipelines").color(DIM).small());
             let entries: Vec<_> =
                 afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (ui.button(*name), *name)).collect();
@@ -83,6 +90,12 @@ impl Viewer {
                 RichText::new("Drop a .ron file to open it,\nor an EXR, HDR, PNG or JPEG image to see it.").color(DIM),
             );
         });
+        if opens {
+            self.file_request = Some(FileRequest::Pipeline);
+        }
+        if saves {
+            self.save_as(ui.ctx());
+        }
         if let Some(project) = chosen.and_then(TextProject::built_in) {
             self.open(Box::new(project));
         }
@@ -127,7 +140,7 @@ fn tier_menu(ui: &mut Ui, model: &mut Model) {
     model.set_tier(tier);
 }
 
-fn compare_menu(ui: &mut Ui, model: &mut Model, picture: &mut PictureView) {
+fn compare_menu(ui: &mut Ui, model: &mut Model, picture: &mut PictureView, measurement: &mut Measurement) {
     let present = model.compared().cloned();
     let mut chosen = present.clone();
     let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
@@ -159,6 +172,7 @@ fn compare_menu(ui: &mut Ui, model: &mut Model, picture: &mut PictureView) {
                 picture.comparison = mode;
             }
         }
+        measurement.button(ui);
     }
 }
 
@@ -167,7 +181,9 @@ fn comparable(editor: &Editor) -> Vec<CompareWith> {
     let others = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (*name).to_owned());
     let others = others.filter(|name| own != format!("{name}.ron")).map(CompareWith::Pipeline);
     let tiers = editor.tiers().iter().map(|tier| CompareWith::Tier(Some(tier.clone())));
-    [CompareWith::Written, CompareWith::Reference].into_iter().chain(tiers).chain(others).collect()
+    let snapshots = Slot::ALL.into_iter().filter(|slot| editor.snapshot(*slot).is_some()).map(CompareWith::Snapshot);
+    let first = std::iter::once(CompareWith::Written).chain(snapshots).chain([CompareWith::Reference]);
+    first.chain(tiers).chain(others).collect()
 }
 
 /// The bar below the picture.
@@ -200,28 +216,36 @@ pub(super) fn picture_bar(ui: &mut Ui, view: &mut PictureView) {
 }
 
 pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
-    let (length, number) = (model.images_length(), model.images().frame_number());
+    let (length, frame) = (model.images_length(), model.frame_number());
     ui.horizontal(|ui| {
         let clock = model.clock();
         let text = if clock.is_playing { "Pause" } else { "Play" };
         if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
             clock.is_playing = !clock.is_playing;
         }
-        if ui.button("Step").on_hover_text(". : one sixtieth of a second").clicked() {
+        if ui.button("Step").on_hover_text(". : one frame").clicked() {
             clock.step();
         }
         if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
             clock.cut();
         }
+        for (index, (name, hint)) in POINTS.into_iter().enumerate() {
+            let is_set = clock.points()[index].is_some();
+            if ui.add(Button::selectable(is_set, name)).on_hover_text(hint).clicked() {
+                clock.mark(index);
+            }
+        }
+        ui.toggle_value(&mut clock.is_looping, "Loop").on_hover_text("Play again from the beginning of the part");
         let mut time = clock.time;
         let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
         ui.spacing_mut().slider_width = (ui.available_width() - 250.0).max(80.0);
-        let frame = number.unwrap_or_else(|| clock.frame());
         let mut shown = time.rem_euclid(seconds.max(1e-3));
-        if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
+        let slider = ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false));
+        if slider.changed() {
             time = shown;
             clock.seek(time);
         }
+        mark_points(ui, slider.rect, clock.points().map(|point| point.map(|point| (point / seconds) as f32)));
         ui.label(RichText::new(format!("{:7.2} s  frame {frame}", clock.time)).monospace());
         if clock.is_cut_shown() {
             ui.label(RichText::new("without history").color(ACCENT).small())
@@ -229,4 +253,19 @@ pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
         }
     });
 }
+
+/// Marks the ends of the part that is played, as parts of the bar.
+fn mark_points(ui: &Ui, bar: egui::Rect, points: [Option<f32>; 2]) {
+    // A slider's handle stays within its bar.
+    let bar = bar.shrink2(egui::vec2(bar.height() / 2.5, 0.0));
+    for point in points.into_iter().flatten().filter(|point| (0.0..=1.0).contains(point)) {
+        let x = egui::lerp(bar.x_range(), point);
+        ui.painter().vline(x, bar.y_range(), egui::Stroke::new(2.0, ACCENT));
+    }
+}
+
+const POINTS: [(&str, &str); 2] = [
+    ("In", "I: the part that is played begins here; again: it begins where the sequence does"),
+    ("Out", "O: it ends here; again: it ends where the sequence does"),
+];
 const SAVE: &str = "Ctrl+S: writes the text, and the changed values into it; everything else stays as it is";

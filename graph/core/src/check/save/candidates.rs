@@ -23,28 +23,34 @@ pub struct Candidate {
     pub refusal: Option<Diagnostics>,
 }
 
+/// An input or output, and a wire that it may get.
+pub type Connection = (Reader, String);
+
 impl Saver<'_> {
-    /// All wires of this frame, or of one so many frames earlier, that an input or output could get at a tier.
+    /// All wires of this frame, or of one so many frames earlier, for an input or output. They are not tried yet.
     ///
     /// # Errors
     /// Those that the text has by itself.
-    pub fn sources(&self, tier: Option<&str>, reader: &Reader, frames: u32) -> Result<Vec<Candidate>, Diagnostics> {
-        let before = Before::new(&self.file);
-        let wires = wires(&*before.state(tier)?);
-        let wires = wires.into_iter().map(|wire| earlier(&wire, frames));
-        Ok(wires.map(|wire| candidate(&before, tier, reader.clone(), wire)).collect())
+    pub fn sources(&self, tier: Option<&str>, reader: &Reader, frames: u32) -> Result<Vec<Connection>, Diagnostics> {
+        let wires = wires(&*Before::new(&self.file).state(tier)?);
+        Ok(wires.into_iter().map(|wire| (reader.clone(), earlier(&wire, frames))).collect())
     }
 
-    /// All inputs and outputs that could get a wire at a tier.
+    /// All inputs and outputs for a wire. They are not tried yet.
     ///
     /// # Errors
     /// Those that the text has by itself.
-    pub fn readers(&self, tier: Option<&str>, wire: &str) -> Result<Vec<Candidate>, Diagnostics> {
+    pub fn readers(&self, tier: Option<&str>, wire: &str) -> Result<Vec<Connection>, Diagnostics> {
         let before = Before::new(&self.file);
         let state = before.state(tier)?;
         let wired = state.settings.iter().filter(|(_, setting)| matches!(setting.value, Stated::Wire(_)));
-        let readers = wired.filter_map(|(key, _)| Reader::of_key(key));
-        Ok(readers.map(|reader| candidate(&before, tier, reader, wire.to_owned())).collect())
+        Ok(wired.filter_map(|(key, _)| Some((Reader::of_key(key)?, wire.to_owned()))).collect())
+    }
+
+    /// The answers of the check to connections at a tier. Each takes a check of the whole pipeline at every tier.
+    pub fn candidates(&self, tier: Option<&str>, connections: Vec<Connection>) -> Vec<Candidate> {
+        let before = Before::new(&self.file);
+        connections.into_iter().map(|(reader, wire)| candidate(&before, tier, reader, wire)).collect()
     }
 
     /// The kinds of which a node may come between an input or output and what it reads, at a tier.

@@ -51,7 +51,7 @@ mod state;
 mod structure;
 mod wires;
 
-pub use candidates::Candidate;
+pub use candidates::{Candidate, Connection};
 pub use reader::Reader;
 pub use saver::{Change, Saver};
 pub use structure::Edit;

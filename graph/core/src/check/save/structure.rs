@@ -251,6 +251,9 @@ fn remove(
     for own in own_overrides(document).filter(|own| renamed_key(&own.key.value, node, "").is_some()) {
         edits.remove(own.value.location.start);
     }
+    for (_, meaning) in document.usual.iter().filter(|(key, _)| renamed_key(&key.value, node, "").is_some()) {
+        edits.remove(meaning.location.start);
+    }
     for (key, wire) in inherited_wires(state) {
         match main.in_place_of(wire) {
             Some(Some(other)) => edits.add_override(None, key, format!("{other:?}")),
@@ -283,9 +286,10 @@ fn rename(before: &Before<'_>, state: &State<'_>, (entry, name): (&NodeEntry, &s
             edits.replace(wire.location.span(), format!("{renamed:?}"));
         }
     }
-    for own in own_overrides(document) {
-        if let Some(renamed) = renamed_key(&own.key.value, node, name) {
-            edits.replace(own.key.location.span(), format!("{renamed:?}"));
+    let usual = document.usual.iter().map(|(key, _)| key);
+    for key in own_overrides(document).map(|own| &own.key).chain(usual) {
+        if let Some(renamed) = renamed_key(&key.value, node, name) {
+            edits.replace(key.location.span(), format!("{renamed:?}"));
         }
     }
     for (key, wire) in inherited_wires(state) {

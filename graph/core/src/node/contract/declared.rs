@@ -166,6 +166,12 @@ fn parameter(param: &Param, violations: &mut Violations) {
             format!("the usual range of `{name}` leaves its domain")
         });
     }
+    if param.logarithmic {
+        let range = param.usual.or(param.domain).filter(|_| matches!(param.ty, Type::Int | Type::Float));
+        violations.require(range.is_some_and(|(low, _)| low >= 0.0), || {
+            format!("`{name}` is logarithmic, but is no number with a range from zero or above")
+        });
+    }
     if matches!(param.ty, Type::Int | Type::Float | Type::Vector(_)) {
         violations.require(param.domain.is_some(), || format!("the numbers of `{name}` have no domain"));
     }

@@ -37,9 +37,10 @@
 //!   use `var<workgroup>`, `workgroupBarrier` and atomics, and take `invocation: Invocation`
 //!   (`import afterimage::workgroup::Invocation;`).
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
-//!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
-//!   struct of the function's argument `params`. `when: { "mode": [1, 2], "mask": true }` declares that a parameter has
-//!   no effect unless `mode` is 1 or 2 and the optional input `mask` is wired; `unless` states values without effect.
+//!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. `logarithmic: true` gives its
+//!   slider steps of equal ratio. They go by name into the struct of the function's argument `params`.
+//!   `when: { "mode": [1, 2], "mask": true }` declares that a parameter has no effect unless `mode` is 1 or 2 and the
+//!   optional input `mask` is wired; `unless` states values without effect.
 //! * A node whose parameters with a `neutral` value all have it is skipped, and readers of its first output get the
 //!   fallback.
 //! * `of_color: true` promises that red, green and blue of a pixel follow from those of the same pixel alone, and that

@@ -122,17 +122,18 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
     let neutral = fields.value("neutral", ty?, false);
     let within = fields.range("within", ty? != Type::Bool);
     let usually = fields.range("usually", false);
+    let logarithmic = fields.flag("logarithmic");
     let unit = if fields.has("unit") { fields.text("unit") } else { None };
     let mut conditions = Vec::new();
     for (word, is_one_of) in [("when", true), ("unless", false)] {
         let entries = fields.take(word).map(|item| fields.entries(word, item)).unwrap_or_default();
         conditions.extend(entries.into_iter().map(|(subject, values)| (is_one_of, subject, values)));
     }
-    fields.finish(&["doc", "default", "neutral", "within", "usually", "unit", "when", "unless"]);
+    fields.finish(&["doc", "default", "neutral", "within", "usually", "logarithmic", "unit", "when", "unless"]);
     // The numbers of a folder kind are uniforms: no change of theirs needs a new plan.
     let mut param = Param::new(name.value.clone(), &doc?.value, ty?, default?).live();
     param.domain = within;
-    param.usual = usually;
+    (param.usual, param.logarithmic) = (usually, logarithmic);
     param.neutral = neutral;
     param.unit = unit.map_or(Shared::of(""), |unit| unit.value.into());
     for (what, value) in [("default", Some(&param.default)), ("neutral", param.neutral.as_ref())] {

@@ -10,7 +10,7 @@ use exr::meta::header::Header;
 use super::colors::{color_note, stated_color, stated_colors};
 use super::label::{is_data, named_colors};
 use super::read::{Opened, notes, open};
-use super::select::{Choice, choose};
+use super::select::{Choice, choose, names};
 use crate::codec::codes::Colors;
 use crate::codec::exr_compression::compression_name;
 use crate::codec::{ChannelDescription, CodecError, Description, PartDescription, PictureChannels, Window};
@@ -24,6 +24,7 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
         format: "EXR",
         parts,
         picture: None,
+        layers: names(headers),
         color: None,
         stated_by: None,
         notes: Vec::new(),

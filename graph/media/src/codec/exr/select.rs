@@ -53,6 +53,27 @@ pub(super) fn chosen_layer(headers: &[Header]) -> Option<String> {
     Some(format!("the layer {chosen} is read, and not {others}; `FILE.exr#LAYER` chooses another"))
 }
 
+/// What can be named: all layers with a name, and the channels that no layer has.
+pub(super) fn names(headers: &[Header]) -> Vec<String> {
+    let parts = parts(headers);
+    let layers = layers(headers, &parts);
+    let mut names: Vec<String> = layers.iter().map(|layer| layer.name.clone()).collect();
+    for part in &parts {
+        let of_part = layers.iter().filter(|layer| layer.choice.part == part.index);
+        let shown: Vec<usize> = of_part.flat_map(|layer| layer.choice.slots).flatten().collect();
+        for group in &part.groups {
+            let own = part.name.as_deref().filter(|_| parts.len() > 1 && part.below(&group.prefix).is_none());
+            let others = group.channels.iter().filter(|(_, index)| !shown.contains(index));
+            let words = others.map(|(last, _)| [own.unwrap_or_default(), &group.prefix, last]);
+            names.extend(
+                words.map(|words| words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(".")),
+            );
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
 fn parts(headers: &[Header]) -> Vec<Part> {
     headers.iter().enumerate().map(|(index, header)| Part::new(index, header)).collect()
 }

@@ -1,6 +1,6 @@
 //! Wires that are dragged from one of their ends.
 
-use afterimage_graph::check::{Candidate, Edit, Reader};
+use afterimage_graph::check::{Candidate, Connection, Edit, Reader};
 use afterimage_graph::diagnostic::Diagnostics;
 use egui::Pos2;
 
@@ -17,25 +17,41 @@ pub(super) enum Held {
     Wire(String),
 }
 
-/// A wire that is being dragged, and the answers of the check to every end that it could get.
+/// Ends of other boxes than that under the pointer that are tried in a frame: each takes some milliseconds.
+const TRIED_IN_A_FRAME: usize = 2;
+
+/// A wire that is being dragged, and the answers of the check to the ends that it could get.
 pub(super) struct Drag {
     pub(super) held: Held,
     /// The place of the held end in the drawing.
     pub(super) from: Pos2,
     /// The wire is that of the frame before.
     is_earlier: bool,
+    /// The ends that are to be tried.
+    untried: Vec<Connection>,
     candidates: Vec<Candidate>,
 }
 
 impl Drag {
-    /// Begins to drag. All ends that the wire could get are tried.
+    /// Begins to drag. The ends that the wire could get are tried later.
     pub(super) fn begin(model: &Model, held: Held, from: Pos2, is_earlier: bool) -> Result<Self, Problem> {
         let frames = u32::from(is_earlier);
-        let candidates = match &held {
+        let untried = match &held {
             Held::Reader(reader) => model.sources(reader, frames)?,
             Held::Wire(wire) => model.readers(&earlier(wire, frames))?,
         };
-        Ok(Self { held, from, is_earlier, candidates })
+        Ok(Self { held, from, is_earlier, untried, candidates: Vec::new() })
+    }
+
+    /// Tries the ends at the box of that name, and a few others. Returns true while others are left.
+    pub(super) fn try_ends(&mut self, model: &Model, name: Option<&str>) -> bool {
+        let is_near = |connection: &Connection| name.is_some_and(|name| is_at(connection, &self.held, name));
+        let (near, mut others): (Vec<_>, Vec<_>) = std::mem::take(&mut self.untried).into_iter().partition(is_near);
+        let next = near.into_iter().chain(others.drain(..TRIED_IN_A_FRAME.min(others.len()))).collect();
+        // A text that has errors meanwhile ends the drag at its drop.
+        self.candidates.extend(model.candidates(next).unwrap_or_default());
+        self.untried = others;
+        !self.untried.is_empty()
     }
 
     /// Changes to the frame before, or back.
@@ -63,6 +79,17 @@ impl Drag {
         let is_own = move |reader: &Reader| matches!(reader, Reader::Input { node, .. } if node == name);
         let holds_wire = matches!(self.held, Held::Wire(_));
         self.candidates.iter().filter(move |candidate| holds_wire && is_own(&candidate.reader))
+    }
+}
+
+/// Returns whether the free end of a connection is at a box: an input, a node or an output of the pipeline.
+fn is_at((reader, wire): &Connection, held: &Held, name: &str) -> bool {
+    match (held, reader) {
+        (Held::Reader(_), _) => {
+            wire.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '@']))
+        }
+        (Held::Wire(_), Reader::Input { node, .. }) => node == name,
+        (Held::Wire(_), Reader::Output(output)) => output == name,
     }
 }
 

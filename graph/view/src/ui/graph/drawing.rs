@@ -13,6 +13,8 @@ use super::layout::{Item, Placed};
 use super::wire::{input_of, wire_name, wire_text, wired_inputs};
 use crate::model::Model;
 
+/// The distance from boxes at which a wire goes around them, in points.
+const DETOUR: f32 = 8.0;
 /// The colors of passes that hold several nodes.
 const GROUNDS: [Color32; 4] = [
     Color32::from_rgb(0xf2, 0xb1, 0x34),
@@ -141,12 +143,35 @@ impl Drawing<'_> {
             return None;
         }
         let distance = |wire: &Wire| {
-            let curve = curve(wire.from, wire.to, Stroke::NONE);
-            let points: Vec<Pos2> = (0..=24).map(|step| curve.sample(step as f32 / 24.0)).collect();
+            let points = points(&self.route(wire, Stroke::NONE));
             points.windows(2).map(|pair| distance_to(at, pair[0], pair[1])).fold(f32::MAX, f32::min)
         };
         let near = self.wires().into_iter().map(|wire| (distance(&wire), wire)).filter(|(apart, _)| *apart < REACH);
         near.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, wire)| wire.reader)
+    }
+
+    /// The curve of a wire. One that boxes would hide goes above or below them, where it crosses fewer others.
+    fn route(&self, wire: &Wire, stroke: Stroke) -> CubicBezierShape {
+        let direct = curve(wire.from, wire.to, stroke);
+        let between = self.placed.iter().map(rect);
+        let between: Vec<Rect> = between.filter(|area| area.min.x > wire.from.x && area.max.x < wire.to.x).collect();
+        let hidden_by = |curve: &CubicBezierShape| {
+            let points = points(curve);
+            between.iter().filter(|area| points.iter().any(|point| area.contains(*point))).copied().collect::<Vec<_>>()
+        };
+        let hidden = hidden_by(&direct);
+        let Some(around) = hidden.iter().copied().reduce(Rect::union) else { return direct };
+        let middle = wire.from.lerp(wire.to, 0.5).y;
+        let detours = [around.min.y - DETOUR, around.max.y + DETOUR].map(|lane| {
+            // The middle of the curve is three parts of four of the way to its inner points.
+            let inner = middle + (lane - middle) / 0.75;
+            let mut detour = direct.clone();
+            detour.points[1].y = inner;
+            detour.points[2].y = inner;
+            (hidden_by(&detour).len(), (lane - middle).abs(), detour)
+        });
+        let [above, below] = detours;
+        if (above.0, above.1) < (below.0, below.1) { above.2 } else { below.2 }
     }
 
     fn wire(&self, ui: &Ui, wire: &Wire, is_under_pointer: bool) {
@@ -162,7 +187,7 @@ impl Drawing<'_> {
             _ if self.drag.is_some() || self.selected.is_some() => Stroke::new(1.5, color.gamma_multiply(FADED)),
             _ => Stroke::new(1.5, color),
         };
-        ui.painter().add(curve(wire.from, wire.to, stroke));
+        ui.painter().add(self.route(wire, stroke));
         if is_under_pointer {
             plus(ui, curve(wire.from, wire.to, stroke).sample(0.5));
         }
@@ -332,6 +357,11 @@ fn curve(from: Pos2, to: Pos2, stroke: Stroke) -> CubicBezierShape {
     CubicBezierShape::from_points_stroke([from, from + bend, to - bend, to], false, Color32::TRANSPARENT, stroke)
 }
 
+/// Points along a curve, near each other.
+fn points(curve: &CubicBezierShape) -> Vec<Pos2> {
+    (0..=24).map(|step| curve.sample(step as f32 / 24.0)).collect()
+}
+
 /// The distance of a place from a line between two others.
 fn distance_to(at: Pos2, from: Pos2, to: Pos2) -> f32 {
     let line = to - from;
@@ -370,7 +400,7 @@ fn text(ui: &Ui, at: Pos2, align: Align2, text: &str, is_dim: bool) {
 /// The description of a node, and the reason if it is skipped.
 fn about(ui: &mut Ui, node: &GraphNode, skipped: Option<&str>) {
     ui.label(RichText::new(format!("{}: {}", node.name, node.kind().name())).strong());
-    ui.label(node.kind().doc().split("\n\n").next().unwrap_or_default());
+    ui.label(node.kind().doc().trim_start().split("\n\n").next().unwrap_or_default());
     if let Some(why) = skipped {
         ui.label(RichText::new(format!("skipped: {why}")).color(ACCENT));
     }

@@ -89,7 +89,7 @@ fn entry(kind: &NodeKind) -> LayoutJob {
 }
 
 pub(super) fn first_sentence(doc: &str) -> &str {
-    let paragraph = doc.split("\n\n").next().unwrap_or(doc);
+    let paragraph = doc.trim_start().split("\n\n").next().unwrap_or(doc);
     paragraph.find(". ").map_or(paragraph, |end| &paragraph[..=end])
 }
 
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_sentence_ends_at_its_full_stop() {
-        assert_eq!(first_sentence("One. Two."), "One.");
+        assert_eq!(first_sentence(" One. Two."), "One.");
         assert_eq!(first_sentence("One of 1.5\n\nTwo."), "One of 1.5");
     }
 }

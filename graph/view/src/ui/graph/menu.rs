@@ -90,7 +90,7 @@ impl Menu {
     }
 
     fn sources(at: Pos2, model: &Model, reader: Reader) -> Result<Self, Problem> {
-        let mut candidates = model.sources(&reader, 0)?;
+        let mut candidates = model.candidates(model.sources(&reader, 0)?)?;
         candidates.sort_by_key(|candidate| candidate.refusal.is_some());
         Ok(Self::new(at, Page::Sources { reader, candidates }))
     }

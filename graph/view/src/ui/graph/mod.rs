@@ -22,8 +22,9 @@ use crate::Problem;
 use crate::model::{InspectedWire, Model, PipelineInstance};
 use drag::{Drag, connection, reason};
 use drawing::{Act, COLUMN, Drawing, ROW, WIDTH};
-use layout::{Placed, layout};
+use layout::{Item, Placed, layout};
 use menu::{Menu, Outcome, refusal};
+use target::is_near;
 pub(super) use wire::wire_name;
 
 /// The scales at which a graph is shown.
@@ -152,6 +153,7 @@ impl GraphPanel {
         let in_window =
             ui.input(|input| input.pointer.hover_pos()).filter(|at| panel.contains(*at) && self.menu.is_none());
         let pointer = in_window.map(|at| self.to_window.inverse() * at);
+        self.try_ends(ui, model, graph, pointer);
         let drawing = Drawing {
             model,
             graph,
@@ -238,6 +240,20 @@ impl GraphPanel {
         }
         if let Some(drag) = &mut self.drag {
             drag.set_earlier(model, ui.input(|input| input.modifiers.shift));
+        }
+    }
+
+    /// Tries ends for the dragged wire: those under the pointer at once, the others in the next frames.
+    fn try_ends(&mut self, ui: &Ui, model: &Model, graph: &Graph, pointer: Option<Pos2>) {
+        let Some(drag) = &mut self.drag else { return };
+        let hovered = pointer.and_then(|at| self.placed.iter().find(|placed| is_near(placed, at)));
+        let name = hovered.map(|placed| match placed.item {
+            Item::Input(input) => &*graph.inputs[input].name,
+            Item::Node(node) => &*graph.nodes[node].name,
+            Item::Output(output) => &*graph.outputs[output].name,
+        });
+        if drag.try_ends(model, name) {
+            ui.ctx().request_repaint();
         }
     }
 

@@ -11,10 +11,15 @@ use super::wire::{source_of, wire_text};
 /// The distance from an end in points at which it is meant, and not its box.
 const NEAR: f32 = 10.0;
 
+/// Returns whether a place means a box or one of its ends.
+pub(super) fn is_near(placed: &Placed, at: Pos2) -> bool {
+    rect(placed).expand(NEAR).contains(at)
+}
+
 impl<'d> Drawing<'d> {
     /// The answer of the check for what is at a place: the end there, or else the best one of the box.
     pub(super) fn candidate_at(&self, drag: &'d Drag, at: Pos2) -> Option<&Candidate> {
-        let placed = self.placed.iter().find(|placed| rect(placed).expand(NEAR).contains(at))?;
+        let placed = self.placed.iter().find(|placed| is_near(placed, at))?;
         match &drag.held {
             Held::Reader(_) => self.source_at(drag, placed, at),
             Held::Wire(_) => self.reader_at(drag, placed, at),

@@ -1,0 +1,53 @@
+//! The dialog of the desktop that chooses a file.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use winit::window::Window;
+
+use super::Wake;
+use crate::ui::FileRequest;
+
+/// The endings of files that inputs take.
+const ENDINGS: [&str; 6] = ["exr", "hdr", "png", "jpg", "jpeg", "json"];
+
+/// Dialogs that are open, and the files that were chosen in them.
+pub(super) struct FileDialogs {
+    wake: Wake,
+    sender: Sender<Answer>,
+    answers: Receiver<Answer>,
+}
+
+/// The request and the file; `None` if the user has chosen none, or the desktop has no dialog.
+pub(super) type Answer = (FileRequest, Option<PathBuf>);
+
+impl FileDialogs {
+    pub(super) fn new(wake: Wake) -> Self {
+        let (sender, answers) = channel();
+        Self { wake, sender, answers }
+    }
+
+    /// Opens a dialog. The window goes on meanwhile.
+    pub(super) fn open(&self, window: &Window, request: FileRequest) {
+        let dialog = rfd::AsyncFileDialog::new().set_parent(window);
+        let dialog = match &request {
+            FileRequest::Pipeline => dialog.set_title("Open a pipeline").add_filter("Pipelines", &["ron"]),
+            FileRequest::Input(name) => {
+                dialog.set_title(format!("File of the input {name}")).add_filter("Images and cameras", &ENDINGS)
+            }
+        };
+        let chosen = dialog.pick_file();
+        let (sender, wake) = (self.sender.clone(), self.wake.clone());
+        std::thread::spawn(move || {
+            let file = pollster::block_on(chosen).map(|file| file.path().to_owned());
+            // Nobody listens once the window is closed.
+            let _ = sender.send((request, file));
+            wake.call();
+        });
+    }
+
+    /// A file that was chosen since the last call.
+    pub(super) fn take(&self) -> Option<Answer> {
+        self.answers.try_recv().ok()
+    }
+}

@@ -1,0 +1,175 @@
+//! Snapshots, figures of differences, and what the shown image cannot show.
+
+use std::sync::Arc;
+
+use crate::support::{SIZE, Window, apart, image, model, of, parameter, picture, settle, texels};
+use afterimage_graph::value::Value;
+use afterimage_view::{CompareWith, InputFile, InspectedWire, MeasureDifference, Slot, Tab, Target, TextProject};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+
+fn open(name: &str) -> Window {
+    let mut window = Window::new(model(name));
+    settle(&mut window.ui.viewer.model);
+    (0..4).for_each(|_| window.frame(Vec::new()));
+    window
+}
+
+fn set_strength(window: &mut Window, strength: f64) {
+    window.ui.viewer.model.set(&parameter("lit.strength"), Some(Value::Float(strength)));
+    window.ui.viewer.model.release();
+}
+
+fn strength(window: &Window) -> Option<Value> {
+    window.ui.viewer.model.editor().value("lit.strength")
+}
+
+#[test]
+fn a_snapshot_is_taken_compared_with_and_gone_back_to_in_one_step() {
+    let mut window = open("lynx");
+    window.key(Key::Num1, Modifiers::ALT);
+    assert!(window.says("There is no snapshot A") && window.ui.viewer.model.compared().is_none());
+    set_strength(&mut window, 0.9);
+    settle(&mut window.ui.viewer.model);
+    let strong = picture(&window.ui.viewer.model);
+    window.key(Key::Num1, Modifiers::COMMAND);
+    set_strength(&mut window, 0.0);
+    window.ui.viewer.model.edit_graph(&afterimage_graph::check::Edit::Remove { node: "mapped".into() }).unwrap();
+    window.key(Key::Num1, Modifiers::ALT);
+    assert_eq!(window.ui.viewer.model.compared(), Some(&CompareWith::Snapshot(Slot::A)));
+    (0..4).for_each(|_| window.frame(Vec::new()));
+    settle(&mut window.ui.viewer.model);
+    assert!(window.says("snapshot A"));
+    let compared = texels(window.ui.viewer.model.compared_picture().unwrap());
+    assert!(apart(&compared, &strong) <= 1 && apart(&compared, &picture(&window.ui.viewer.model)) > 5);
+    window.key(Key::Num1, Modifiers::COMMAND | Modifiers::ALT);
+    assert_eq!(strength(&window), Some(Value::Float(0.9)));
+    assert!(window.ui.viewer.model.editor().graph().unwrap().node("mapped").is_some());
+    window.key(Key::Z, Modifiers::COMMAND);
+    assert_eq!(strength(&window), Some(Value::Float(0.0)));
+    // The other one is another one; of another pipeline there is none.
+    window.key(Key::Num2, Modifiers::ALT);
+    assert!(window.says("There is no snapshot B"));
+    window.ui.viewer.model.open(Box::new(TextProject::built_in("caracal").unwrap()));
+    assert!(window.ui.viewer.model.editor().snapshot(Slot::A).is_none());
+}
+
+#[test]
+fn another_tier_is_compared_with_the_nodes_that_the_user_has_switched_off() {
+    let mut model = model("tsushima");
+    model.set(&Target::Node("grain".into()), Some(Value::Bool(false)));
+    model.set_compared(Some(CompareWith::Tier(Some("low".into()))));
+    let (_, compared) = model.comparison().unwrap();
+    assert!(compared.graph().node("grain").unwrap().1.off);
+}
+
+/// The number of texels that differ.
+fn counting() -> MeasureDifference {
+    Arc::new(|reference, shown| {
+        let [reference, shown] = [reference, shown].map(|one| one.texels.to_floats());
+        let differing = reference.iter().zip(&shown).filter(|(a, b)| a != b).count();
+        Ok(format!("{differing} of {} differ", shown.len()))
+    })
+}
+
+#[test]
+fn a_comparison_is_measured_on_request_until_something_changes() {
+    let mut window = open("lynx");
+    window.key(Key::R, Modifiers::NONE);
+    assert!(!window.says("Measure"), "nothing measures");
+    window.key(Key::R, Modifiers::NONE);
+    window.ui.viewer.measure_by(counting());
+    set_strength(&mut window, 0.9);
+    window.key(Key::W, Modifiers::NONE);
+    window.frame(Vec::new());
+    assert!(window.says("Measure") && !window.says("differ"));
+    window.key(Key::E, Modifiers::NONE);
+    assert!(window.says("Measuring"));
+    let is_measured = |window: &mut Window| {
+        window.frame(Vec::new());
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.says(&format!("of {} differ  (frame 0)", SIZE.width * SIZE.height))
+    };
+    assert!((0..2000).any(|_| is_measured(&mut window)), "{:?}", window.texts());
+    assert!(!window.says(" 0 of"));
+    set_strength(&mut window, 0.8);
+    window.frame(Vec::new());
+    assert!(!window.says("differ"), "that was another picture");
+}
+
+#[test]
+fn nan_in_the_shown_wire_is_counted_and_something_is_wrong() {
+    let mut window = open("lynx");
+    window.ui.viewer.tabs.open = Some(Tab::Messages);
+    window.frame(Vec::new());
+    assert!(window.says("Nothing is wrong."));
+    let half = SIZE.width * SIZE.height / 2;
+    let picture = move |_: &afterimage_graph::check::GraphInput, _| {
+        let afterimage_view::InputData::Image(_, desc) = image([0.5; 4]) else { unreachable!("it is one") };
+        let texel = |at: u32| if at < half { [0.5, 0.5, 0.5, 1.0] } else { [0.5, f32::NAN, 0.5, 1.0] };
+        let texels = (0..SIZE.width * SIZE.height).flat_map(texel).collect();
+        let pixels = afterimage_media::Pixels::Float(texels);
+        let picture = afterimage_media::Picture::new(SIZE.width, SIZE.height, pixels);
+        Ok(afterimage_view::InputData::Image(Box::new(picture), desc))
+    };
+    window.ui.viewer.model.set_input(None, Some(InputFile::still("half.exr", Box::new(picture)))).unwrap();
+    window.ui.viewer.model.inspect_wire(Some(InspectedWire::new("scene")));
+    for _ in 0..20 {
+        window.frame(Vec::new());
+        let _ = crate::support::gpu().wait();
+    }
+    assert!(window.says(&format!("scene has {half} pixels with NaN")), "{:?}", window.texts());
+    assert!(!window.says("Nothing is wrong."));
+}
+
+#[test]
+fn the_layers_of_a_file_are_listed_and_chosen() {
+    let mut window = open("lynx");
+    let layers = vec!["albedo".to_owned(), "Z".to_owned()];
+    let file = InputFile { layers, ..InputFile::still("all.exr", Box::new(|_, _| Ok(image([0.5; 4])))) };
+    window.ui.viewer.model.set_input(None, Some(file)).unwrap();
+    window.frame(Vec::new());
+    let combo = window.place_of("the likely one");
+    window.click(combo);
+    window.frame(Vec::new());
+    let layer = window.place_of("albedo");
+    window.click(layer);
+    let named = window.ui.viewer.take_named_file().unwrap();
+    assert_eq!(named, ("scene".to_owned(), "all.exr#albedo".into()));
+}
+
+#[test]
+fn usual_parameters_are_above_the_rest_and_set_the_same_value() {
+    let mut window = open("lynx");
+    window.frame(Vec::new());
+    assert!(window.says("Usual"));
+    // The name with its node stands there alone.
+    let row = window.place_of("lit.strength");
+    window.drag(row + vec2(70.0, 0.0), row + vec2(100.0, 0.0));
+    let Some(Value::Float(set)) = strength(&window) else { panic!("it is a number") };
+    assert!((set - 0.15).abs() > 0.01, "{set}");
+    assert!(window.ui.viewer.model.editor().text().contains("\"lit.strength\": \"factor of the bloom\""));
+}
+
+#[test]
+fn a_logarithmic_slider_gives_each_decade_the_same_room() {
+    let mut window = open("lynx");
+    let row = window.place_of("lit.strength");
+    let left = row.x + 47.0 + 4.0;
+    let at = |window: &mut Window, part: f32| {
+        let button = |pos, pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let pos = Pos2::new(left + 8.0 + part * 84.0, row.y);
+        window.frame(vec![Event::PointerMoved(pos)]);
+        window.frame(vec![button(pos, true)]);
+        window.frame(vec![button(pos, false)]);
+        let Some(Value::Float(number)) = strength(window) else { panic!("it is a number") };
+        number
+    };
+    let [low, middle, high] = [0.2, 0.5, 0.8].map(|part| at(&mut window, part));
+    let (first, second) = (middle / low, high / middle);
+    assert!(first > 3.0 && (first / second - 1.0).abs() < 0.3, "{low} {middle} {high}");
+}
