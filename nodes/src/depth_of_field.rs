@@ -25,7 +25,8 @@ node_kind! {
         /// Factor of the circles. 0 changes nothing, 1 is the lens.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);
         /// The distance of the focus.
-        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), logarithmic(), unit("m"), when("autofocus", [false]);
+        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), logarithmic(), unit("m"),
+            when("autofocus", [false]);
         /// Focuses on the nearest surface around `place`. It has no memory: the focus jumps with what is there.
         pub autofocus: bool = false;
         /// Where the focus is found.

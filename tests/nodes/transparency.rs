@@ -46,7 +46,8 @@ fn grayed(picture: &Picture) -> Picture {
 
 /// Glow that is mixed in: a mean of the picture takes its place.
 const MIXED: &str = "\"all\": Extract(source: \"in\", method: All), \"mips\": Downsample(source: \"all\", levels: 4), \
-    \"bloom\": Upsample(source: \"mips\"), \"result\": Composite(base: \"in\", bloom: \"bloom\", blend: Mix, strength: 0.6)";
+    \"bloom\": Upsample(source: \"mips\"), \
+    \"result\": Composite(base: \"in\", bloom: \"bloom\", blend: Mix, strength: 0.6)";
 
 /// Kinds that blur, move or cover all channels alike.
 const ALIKE: [&str; 17] = [

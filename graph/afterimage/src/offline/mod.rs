@@ -45,8 +45,8 @@ use crate::source::Source;
 use pixel_data::Rounding;
 use quantize::{EncodedFile, Noise, unquantized};
 
-/// A pipeline that renders images in the memory of the processor, with the pixels that the program has in a sequence, bit
-/// for bit. One image alone has no baked LUTs there: see [`Options::one_frame`].
+/// A pipeline that renders images in the memory of the processor, with the pixels that the program has in a sequence,
+/// bit for bit. One image alone has no baked LUTs there: see [`Options::one_frame`].
 ///
 /// No device is opened before the first frame. All pipelines of a process share it; after it is lost, the next frame
 /// opens another one.
