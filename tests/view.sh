@@ -166,7 +166,7 @@ echo "a snapshot is taken, compared with and gone back to"
 key ctrl+1
 drag "${weaker[@]}"
 shot weaker; far dragged weaker
-key alt+1; key d; shot difference; far weaker difference
+key alt+1; key Escape; key d; shot difference; far weaker difference
 key w; key alt+1
 key ctrl+alt+1
 saved_with "$strong" snapshot "$work/dragged.ron" 0

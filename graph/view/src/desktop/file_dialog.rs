@@ -1,5 +1,6 @@
 //! The dialog of the desktop that chooses a file.
 
+use std::io;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -28,7 +29,10 @@ impl FileDialogs {
     }
 
     /// Opens a dialog. The window goes on meanwhile.
-    pub(super) fn open(&self, window: &Window, request: FileRequest) {
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub(super) fn open(&self, window: &Window, request: FileRequest) -> io::Result<()> {
         let dialog = rfd::AsyncFileDialog::new().set_parent(window);
         let dialog = match &request {
             FileRequest::Pipeline => dialog.set_title("Open a pipeline").add_filter("Pipelines", &["ron"]),
@@ -38,12 +42,13 @@ impl FileDialogs {
         };
         let chosen = dialog.pick_file();
         let (sender, wake) = (self.sender.clone(), self.wake.clone());
-        std::thread::spawn(move || {
+        let wait = move || {
             let file = pollster::block_on(chosen).map(|file| file.path().to_owned());
             // Nobody listens once the window is closed.
             let _ = sender.send((request, file));
             wake.call();
-        });
+        };
+        std::thread::Builder::new().spawn(wait).map(drop)
     }
 
     /// A file that was chosen since the last call.

@@ -274,8 +274,10 @@ impl Shown {
 
     /// Opens the dialog that the user asks for, and the file that was chosen in one.
     fn choose_files(&mut self) {
-        if let Some(request) = self.ui.viewer.take_file_request() {
-            self.dialogs.open(&self.window, request);
+        if let Some(request) = self.ui.viewer.take_file_request()
+            && let Err(error) = self.dialogs.open(&self.window, request)
+        {
+            self.ui.viewer.tell(&self.ui.ctx().clone(), format!("No dialog is opened: {error}"));
         }
         match self.dialogs.take() {
             Some((FileRequest::Input(input), Some(path))) => self.ui.open_file(&path, Some(&input)),

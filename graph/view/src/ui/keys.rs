@@ -76,7 +76,7 @@ impl Viewer {
         self.model.redo();
     }
 
-    /// Takes a snapshot with Ctrl, compares with it with Alt, and goes back to it with both. Returns true for such a key.
+    /// Takes a snapshot with Ctrl, compares with it with Alt, goes back to it with both. Returns true for such a key.
     fn snapshot_keys(&mut self, ctx: &Context) -> bool {
         for (key, slot) in [(Key::Num1, Slot::A), (Key::Num2, Slot::B)] {
             let pressed = |modifiers| ctx.input_mut(|input| input.consume_key(modifiers, key));

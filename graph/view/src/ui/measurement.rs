@@ -100,12 +100,15 @@ impl Measurement {
         let [Some(reference), Some(shown)] = pictures else { return };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
-        std::thread::spawn(move || {
+        let judge = move || {
             // Nobody listens once the window is closed.
             let _ = sender.send(measure(&reference, &shown).unwrap_or_else(|why| why));
             ctx.request_repaint();
-        });
-        self.running = Some((subject, receiver));
+        };
+        match std::thread::Builder::new().spawn(judge) {
+            Ok(_) => self.running = Some((subject, receiver)),
+            Err(error) => self.done = Some((subject, format!("not measured: {error}"))),
+        }
     }
 
     /// The figures of the present comparison, or that they are on their way.
