@@ -253,7 +253,7 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
         let [ms, p999, flip] = [ms, &p999, &flip].map(|figure| figure.parse::<f64>().ok());
         // A table from before the metric has no JOD, and neither have the claims that were made of it.
         let jod = fields.get(16..).map(|seen| {
-            let [jod, jod_moving, _, display] = *seen else { panic!("{line}") };
+            let [jod, jod_moving, _, display, ..] = *seen else { panic!("{line}") };
             let worst = number(jod).min(number(jod_moving));
             (format!("{:.3}", NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - worst)), display.to_owned())
         });

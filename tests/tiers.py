@@ -1,6 +1,6 @@
-"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of one, `table FOLDER` the rows of all measurements, `times
-FOLDER` replaces times in graph/docs/measurements/tiers.csv, and `claims WHERE` writes that table, measured there, into
-the pipelines as what their tiers claim."""
+"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of one, `table FOLDER WHERE` the rows of all measurements,
+made there, `times FOLDER` replaces times in graph/docs/measurements/tiers.csv, and `claims` writes that table into the
+pipelines as what their tiers claim."""
 
 import csv
 import json
@@ -55,10 +55,10 @@ def by_motion(measured):
         yield tier, of(False), of(True)
 
 
-def table(folder):
+def table(folder, where):
     print(
         "pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving,flip_moving,worst_moving,"
-        "p999_new,flip_new,new,held,mb_4k,operations,jod,jod_moving,jod_new,display"
+        "p999_new,flip_new,new,held,mb_4k,operations,jod,jod_moving,jod_new,display,on"
     )
     price = prices()
     for path in sorted(folder.glob("*.json")):
@@ -75,7 +75,7 @@ def table(folder):
             p999_new, flip_new, _ = worst(new).split(",")
             figures = f"{times},{worst(stills)},{worst(moving)},{p999_new},{flip_new},{len(new)},{held}"
             jod = ",".join(f"{min(picture['jod'] for picture in of):.3f}" for of in (stills, moving, new))
-            print(f"{path.stem},{tier},{figures},{price[f'{path.stem} {tier}']},{jod},{measured['display']}")
+            print(f"{path.stem},{tier},{figures},{price[f'{path.stem} {tier}']},{jod},{measured['display']},{where}")
 
 
 def times(folder):
@@ -103,12 +103,13 @@ def names(path):
     return [name for name in of_pipeline if name != "as written"]
 
 
-def claims(where):
+def claims():
     sections = {}
     for row in csv.DictReader(TABLE.open()):
         if row["tier"] != "as written":
             p999, flip = (MARGIN * max(float(row[of]), float(row[f"{of}_moving"])) for of in ("p999", "flip"))
-            on = f"{where}; held on {row['held']} of {row['new']} new ones"
+            # A picture that has changed has not been judged on the new ones.
+            on = row["on"] + (f"; held on {row['held']} of {row['new']} new ones" if row["held"] else "")
             jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - min(float(row["jod"]), float(row["jod_moving"])))
             errors = f"jod: {jod:.3f}, p999: {p999:.2f}, flip: {flip:.3f}, for: {json.dumps(row['display'])}"
             time = f"ms: {row['ms_4k']}, " if row["ms_4k"] else ""
@@ -120,12 +121,12 @@ def claims(where):
         file.write_text(text.removesuffix(")\n") + f"    claims: {{\n{section}    }},\n)\n")
 
 
-command, path = sys.argv[1:]
+command, *rest = sys.argv[1:]
 if command == "names":
-    print(" ".join(names(Path(path))))
+    print(" ".join(names(Path(*rest))))
 elif command == "table":
-    table(Path(path))
+    table(Path(rest[0]), rest[1])
 elif command == "times":
-    times(Path(path))
+    times(Path(*rest))
 else:
-    claims(path)
+    claims()

@@ -4,11 +4,12 @@
 # are those of the built-in scene at 4K and 1080p. Errors are the worst over the images, a square at night and the charts,
 # in their own size, and over eight frames of the walk through the built-in scene at 720p and 4K. What is claimed is judged
 # on NEW, images and sequences on which no tier was chosen, separated by spaces. Writes the JSON of every run into the
-# folder, and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim.
+# folder, and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims` makes what tiers claim.
 # Without images, only times are measured, in four minutes: `tests/tiers.py times FOLDER` replaces them in the table.
-# PIPELINES has the names of those to measure; otherwise all are.
+# WHERE names the device and what errors are of, without commas. PIPELINES has the names of those to measure; otherwise
+# all are.
 set -euo pipefail
-[ $# -ge 1 ] || { sed -n '2,9s/^# //p' "$0" >&2; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,10s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift
 program=${AFTERIMAGE:-afterimage}
 here=$(dirname "$0")
@@ -28,4 +29,4 @@ for file in "$here"/../pipelines/*.ron; do
         done
     done
 done
-[ $# -eq 0 ] || python3 "$here/tiers.py" table "$folder"
+[ $# -eq 0 ] || python3 "$here/tiers.py" table "$folder" "${WHERE:?}"
