@@ -303,8 +303,14 @@ fn vibrance_is_for_muted_colors_and_keeps_their_order() {
     // Of one hue and lightness, from gray to a chroma of 0.6 of the lightness.
     let colors: Vec<Rgb> = (0..=60).map(|step| from_oklab([0.5, 0.005 * f64::from(step), 0.0])).collect();
     for vibrance in [-1.0, -0.4, 0.5, 1.0] {
-        let node = format!("SaturationCurves(source: \"in\", vibrance: {vibrance:?})");
-        let found = graded(&node, &colors);
+        // Of a scene, whose colors may leave the triangle of a display.
+        let node = format!("\"result\": SaturationCurves(source: \"in\", vibrance: {vibrance:?})");
+        let picture = Picture::new(61, 1, |x, _| {
+            let [r, g, b] = colors[x as usize].map(|channel| channel as f32);
+            [r, g, b, 1.0]
+        });
+        let found = Nodes::new(&node, &[("in", "Exposed")]).exact(&[&picture]);
+        let found: Vec<Rgb> = found.pixels.iter().map(|pixel| rgb(pixel.map(f64::from))).collect();
         let chromas: Vec<f64> = found.iter().map(|color| chroma(*color)).collect();
         assert!(chromas.windows(2).all(|pair| pair[1] > pair[0] - 1e-5), "{vibrance}: {chromas:?}");
         let change = |step: usize| chromas[step] / chroma(colors[step]) - 1.0;

@@ -41,7 +41,7 @@ const NEUTRAL: [(&str, &str); 22] = [
     ("Kuwahara(source: \"in\", radius: 0.0)", "Encoded"),
     ("LogWheels(source: \"in\", low: -1.0)", "Exposed"),
     ("RadialBlur(source: \"in\", zoom: 0.0, center: (0.2, 0.2))", "Exposed"),
-    ("SaturationCurves(source: \"in\")", "Scene"),
+    ("SaturationCurves(source: \"in\")", "Exposed"),
     ("VariableBlur(source: \"in\", mask: \"mask\", sigma: 0.0), \"mask\": GradientMask(source: \"in\")", "Exposed"),
     ("GodRays(source: \"in\", bright: \"in\", strength: 0.0)", "Exposed"),
     (
