@@ -173,3 +173,21 @@ fn a_logarithmic_slider_gives_each_decade_the_same_room() {
     let (first, second) = (middle / low, high / middle);
     assert!(first > 3.0 && (first / second - 1.0).abs() < 0.3, "{low} {middle} {high}");
 }
+
+#[test]
+fn a_wheel_opens_and_a_drag_in_it_changes_the_numbers_and_not_their_mean() {
+    let mut window = open("grade");
+    let lift = |window: &Window| match window.ui.viewer.model.editor().value("graded.lift") {
+        Some(Value::Vector(numbers, 3)) => numbers,
+        other => panic!("{other:?}"),
+    };
+    let before = lift(&window);
+    let wheel = window.place_of("●");
+    window.click(wheel);
+    (0..4).for_each(|_| window.frame(Vec::new()));
+    window.drag(wheel + vec2(70.0, 90.0), wheel + vec2(100.0, 60.0));
+    (0..4).for_each(|_| window.frame(Vec::new()));
+    let after = lift(&window);
+    let mean = |numbers: [f64; 4]| numbers[..3].iter().sum::<f64>() / 3.0;
+    assert!(after != before && (mean(after) - mean(before)).abs() < 1e-5, "{before:?} {after:?}");
+}

@@ -107,7 +107,7 @@ fn answer(response: &egui::Response, value: Value) -> Option<ControlChange> {
 fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Option<ControlChange> {
     let (low, high) = range(param);
     let speed = speed(low, high);
-    let mut responses = Vec::new();
+    let (mut responses, mut of_wheel) = (Vec::new(), None);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for number in &mut numbers[..count] {
@@ -116,7 +116,7 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
             *number = rounded(within(param, *number));
         }
         if count == 3 && is_graded(param) {
-            responses.extend(wheel(ui, &mut numbers, range(param)));
+            of_wheel = wheel(ui, &mut numbers, range(param));
             numbers[..3].iter_mut().for_each(|number| *number = within(param, *number));
         }
         if count == 3 && is_color(param) {
@@ -124,7 +124,9 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
         }
     });
     let all = responses.into_iter().reduce(|all, response| all | response)?;
-    answer(&all, Value::Vector(numbers, count))
+    // The wheel is in a layer of its own.
+    let value = Value::Vector(numbers, count);
+    of_wheel.and_then(|response| answer(&response, value.clone())).or_else(|| answer(&all, value))
 }
 
 /// True for numbers of red, green and blue that change nothing where they are equal, such as lift, gamma and gain.
