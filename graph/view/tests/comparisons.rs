@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::support::{SIZE, Window, apart, image, model, of, parameter, picture, settle, texels};
+use crate::support::{SIZE, Window, apart, image, model, parameter, picture, settle, texels};
 use afterimage_graph::value::Value;
 use afterimage_view::{CompareWith, InputFile, InspectedWire, MeasureDifference, Slot, Tab, Target, TextProject};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
