@@ -197,10 +197,11 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
                 let with = |share: f64| {
                     Image::new(large.width, large.height, |x, y| {
                         let [light, around] = [large, around].map(|image| image.texel(x as i64, y as i64));
-                        let light = [0, 1, 2].map(|i| (light[i] + share * around[i]).max(0.0));
+                        let light = [0, 1, 2, 3].map(|i| (light[i] + share * around[i]).max(0.0));
                         let base = scene.at(x as u32, y as u32).map(f64::from);
-                        let [r, g, b] = reference(rgb(base), light, 0.3);
-                        [r, g, b, base[3]].map(|v| v.min(BRIGHTEST))
+                        let [r, g, b] = reference(rgb(base), rgb(light), 0.3);
+                        let alpha = if blend == "Mix" { 0.7 * base[3] + 0.3 * light[3] } else { base[3] };
+                        [r, g, b, alpha].map(|v| v.min(BRIGHTEST))
                     })
                 };
                 let [low, high] = [with(-SAMPLED.exact), with(SAMPLED.exact)];

@@ -78,10 +78,10 @@ mod tests {
         check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors}")).0
     }
 
-    /// A gray picture, of which the first pixels are brighter by two codes.
-    fn picture(height: u32, brighter: usize) -> Texels {
+    /// A gray picture, of which the first pixels have another red.
+    fn picture(height: u32, brighter: usize, red: u8) -> Texels {
         let desc = ImageDesc::new(Size::new(100, height)).format(Format::Rgba8Unorm);
-        let pixel = |index: usize| if index < brighter { [130, 128, 128, 255] } else { [128, 128, 128, 255] };
+        let pixel = |index: usize| if index < brighter { [red, 128, 128, 255] } else { [128, 128, 128, 255] };
         Texels { desc, bytes: (0..100 * height as usize).flat_map(pixel).collect() }
     }
 
@@ -89,16 +89,19 @@ mod tests {
     fn a_thousandth_of_the_pixels_may_differ_by_more() {
         let graph = graph();
         let between = |shown: &Texels| {
-            let reference = picture(50, 0);
+            let reference = picture(50, 0, 128);
             PictureErrors::between((&graph, "sdr", &reference), (&graph, "sdr", shown))
         };
-        let same = between(&picture(50, 0)).expect("it is displayed");
+        let same = between(&picture(50, 0, 128)).expect("it is displayed");
         assert_eq!((same.p999, same.flip, same.jod), (0.0, 0.0, 10.0));
-        let few = between(&picture(50, 5)).expect("it is displayed");
-        let more = between(&picture(50, 6)).expect("it is displayed");
+        let few = between(&picture(50, 5, 130)).expect("it is displayed");
+        let more = between(&picture(50, 6, 130)).expect("it is displayed");
         assert!(few.p999.abs() < 1e-4 && (more.p999 - 2.0).abs() < 1e-4, "{few} {more}");
-        assert!(few.flip > 0.0 && more.flip > few.flip && more.jod < 10.0, "{few} {more}");
-        assert!(between(&picture(40, 0)).is_err_and(|error| error.to_string().contains("different sizes")));
-        assert!(displayed((&graph, "hdr", &picture(50, 0))).is_err_and(|error| error.to_string().contains("`hdr`")));
+        let seen = between(&picture(50, 2500, 190)).expect("it is displayed");
+        assert!(seen.flip > 0.05 && seen.jod < 9.5, "{seen}");
+        assert!(between(&picture(40, 0, 128)).is_err_and(|error| error.to_string().contains("different sizes")));
+        assert!(
+            displayed((&graph, "hdr", &picture(50, 0, 128))).is_err_and(|error| error.to_string().contains("`hdr`"))
+        );
     }
 }
