@@ -29,7 +29,7 @@ node_kind! {
             when("autofocus", [false]);
         /// Focuses on the nearest surface around `place`. It has no memory: the focus jumps with what is there.
         pub autofocus: bool = false;
-        /// Where the focus is found.
+        /// The place at which the focus is found.
         pub place: [f32; 2] = [0.5, 0.5] => within(0.0..=1.0), unit("uv"), when("autofocus", [true]);
         /// The radius around `place` in which surfaces count. At 1, the nearest of nearly the whole image.
         pub area: f32 = 0.02 => within(0.0..=1.0), usually(0.0..=0.2), unit("heights"), when("autofocus", [true]);

@@ -16,7 +16,7 @@ node_kind! {
     pub struct Streaks {
         /// The distance at which the light has fallen to 1/e.
         pub length: f32 = 0.14 => within(0.0..=2.0), usually(0.0..=0.5), unit("heights"), replans();
-        /// How many lines leave a light, at equal angles.
+        /// Lines of a light, at equal angles.
         pub points: u32 = 2 => within(1.0..=16.0), usually(2.0..=8.0);
         /// The direction of the first line, clockwise; 0 is to the right.
         pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");

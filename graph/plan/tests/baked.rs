@@ -199,7 +199,7 @@ fn a_plan_of_one_frame_has_the_tables_alone_that_have_a_size() {
     assert_eq!(table("Auto", Options::default()), ["a out"]);
     assert!(table("Auto", one_frame).is_empty());
     assert_eq!(table("33", one_frame), ["a out"]);
-    // What the user asks for beside the file is meant.
+    // An option of the user outweighs the file.
     assert_eq!(table("Auto", Options { bake: Some(Bake::Auto), ..one_frame }), ["a out"]);
 }
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::LabError;
-use afterimage_lab::measure::PictureErrors;
+use afterimage_lab::measure::{PictureErrors, ShownOutput};
 use afterimage_view::{Desktop, MeasuredPicture, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
@@ -51,9 +51,13 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 /// The figures of a claim for two pictures.
-fn difference(reference: &MeasuredPicture, shown: &MeasuredPicture) -> Result<String, LabError> {
-    let [reference, shown] = [reference, shown].map(|one| (&one.graph, &*one.output, &one.texels));
-    Ok(PictureErrors::between(reference, shown)?.to_string())
+fn difference<'a>(reference: &'a MeasuredPicture, shown: &'a MeasuredPicture) -> Result<String, LabError> {
+    let output = |picture: &'a MeasuredPicture| ShownOutput {
+        graph: &picture.graph,
+        output: &picture.output,
+        texels: &picture.texels,
+    };
+    Ok(PictureErrors::between(output(reference), output(shown))?.to_string())
 }
 
 /// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the first

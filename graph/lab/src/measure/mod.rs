@@ -33,7 +33,7 @@ pub use chart::chart;
 pub use errors::{Errors, Flicker};
 pub use explain::{ErrorShare, Explainer, Explanation};
 pub use json::json;
-pub use picture_errors::PictureErrors;
+pub use picture_errors::{PictureErrors, ShownOutput};
 pub use reference::Figures;
 pub use report::{MeasureReport, Row, SequenceInfo};
 pub use sequence_runner::Cost;

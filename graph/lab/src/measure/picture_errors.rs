@@ -22,12 +22,21 @@ pub struct PictureErrors {
     pub display: Display,
 }
 
+/// A picture as an output of a graph shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct ShownOutput<'a> {
+    pub graph: &'a Graph,
+    /// The name of the output.
+    pub output: &'a str,
+    pub texels: &'a Texels,
+}
+
 impl PictureErrors {
-    /// Compares two pictures, each of which is an output of a graph, by name.
+    /// Compares two pictures.
     ///
     /// # Errors
     /// They cannot be displayed, are of different sizes or displays, or have pixels that are not finite.
-    pub fn between(reference: (&Graph, &str, &Texels), shown: (&Graph, &str, &Texels)) -> Result<Self, LabError> {
+    pub fn between(reference: ShownOutput<'_>, shown: ShownOutput<'_>) -> Result<Self, LabError> {
         let (reference, shown) = (displayed(reference)?, displayed(shown)?);
         if (reference.width, reference.height) != (shown.width, shown.height) {
             return Err(LabError::request("the pictures are of different sizes"));
@@ -53,7 +62,8 @@ impl fmt::Display for PictureErrors {
     }
 }
 
-fn displayed((graph, output, texels): (&Graph, &str, &Texels)) -> Result<Shown, LabError> {
+fn displayed(shown: ShownOutput<'_>) -> Result<Shown, LabError> {
+    let ShownOutput { graph, output, texels } = shown;
     let found = graph.outputs.iter().find(|known| known.name == output);
     let found = found.ok_or_else(|| LabError::request(format!("there is no output `{output}`")))?;
     let shown = View::of(graph, found)?.shown(texels);
@@ -85,12 +95,16 @@ mod tests {
         Texels { desc, bytes: (0..100 * height as usize).flat_map(pixel).collect() }
     }
 
+    fn output<'a>(graph: &'a Graph, texels: &'a Texels) -> ShownOutput<'a> {
+        ShownOutput { graph, output: "sdr", texels }
+    }
+
     #[test]
     fn a_thousandth_of_the_pixels_may_differ_by_more() {
         let graph = graph();
         let between = |shown: &Texels| {
             let reference = picture(50, 0, 128);
-            PictureErrors::between((&graph, "sdr", &reference), (&graph, "sdr", shown))
+            PictureErrors::between(output(&graph, &reference), output(&graph, shown))
         };
         let same = between(&picture(50, 0, 128)).expect("it is displayed");
         assert_eq!((same.p999, same.flip, same.jod), (0.0, 0.0, 10.0));
@@ -100,8 +114,7 @@ mod tests {
         let seen = between(&picture(50, 2500, 190)).expect("it is displayed");
         assert!(seen.flip > 0.05 && seen.jod < 9.5, "{seen}");
         assert!(between(&picture(40, 0, 128)).is_err_and(|error| error.to_string().contains("different sizes")));
-        assert!(
-            displayed((&graph, "hdr", &picture(50, 0, 128))).is_err_and(|error| error.to_string().contains("`hdr`"))
-        );
+        let unknown = displayed(ShownOutput { output: "hdr", ..output(&graph, &picture(50, 0, 128)) });
+        assert!(unknown.is_err_and(|error| error.to_string().contains("`hdr`")));
     }
 }

@@ -12,8 +12,8 @@ pub struct Description {
     /// The channels that are read as red, green, blue and alpha if no layer is named; those that are missing are left
     /// out. `None` if a layer must be named.
     pub picture: Option<PictureChannels>,
-    /// What can be named after `#` in the place of the picture: the layers of an EXR file, the most likely one first,
-    /// and the channels that are in none of them. Empty for other formats.
+    /// Names that may follow the file's after `#`: the layers of an EXR file, the most likely one first, and the
+    /// channels that are in none of them. Empty for other formats.
     pub layers: Vec<String>,
     /// The colorimetry of the picture; `None` for numbers that are no color.
     pub color: Option<Colorimetry>,

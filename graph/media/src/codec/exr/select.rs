@@ -53,7 +53,7 @@ pub(super) fn chosen_layer(headers: &[Header]) -> Option<String> {
     Some(format!("the layer {chosen} is read, and not {others}; `FILE.exr#LAYER` chooses another"))
 }
 
-/// What can be named: all layers with a name, and the channels that no layer has.
+/// Names of the layers that have one, and of the channels that no layer has.
 pub(super) fn names(headers: &[Header]) -> Vec<String> {
     let parts = parts(headers);
     let layers = layers(headers, &parts);
