@@ -146,7 +146,10 @@ fn a_polygon_is_where_its_corners_are() {
         vec![[0.1, 0.1], [0.9, 0.2], [0.3, 0.93]],
         vec![[0.3, 0.93], [0.9, 0.2], [0.1, 0.1]],
         vec![[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.5, 0.3], [0.1, 0.9]],
-        (0..8).map(|k| (f64::from(k) * 0.7854).sin_cos()).map(|(s, c)| [0.5 + 0.4 * c, 0.5 + 0.4 * s]).collect(),
+        (0..8)
+            .map(|k| (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos())
+            .map(|(s, c)| [0.5 + 0.4 * c, 0.5 + 0.4 * s])
+            .collect(),
     ] {
         let next = corners.iter().cycle().skip(1);
         let twice: f64 = corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
