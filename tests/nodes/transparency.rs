@@ -108,7 +108,7 @@ fn a_photograph_is_seen_behind_what_has_moved() {
     let (glass, depth, behind) = (on_glass(SIZE, [35.0, 29.0]), depth(), photograph());
     let mut worse = Vec::new();
     for (text, share) in [
-        (MIXED, 0.25),
+        (MIXED, 0.55),
         (ALIKE[1], 0.25),
         (ALIKE[4], 0.25),
         ("LensProfile(source: \"in\", ptlens: (0.0, -0.05, 0.0))", 0.4),
