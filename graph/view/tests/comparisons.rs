@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::support::{SIZE, Window, apart, image, model, parameter, picture, settle, texels};
+use afterimage_graph::check::Edit;
 use afterimage_graph::value::Value;
 use afterimage_view::{CompareWith, InputFile, InspectedWire, MeasureDifference, Slot, Tab, Target, TextProject};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
@@ -33,7 +34,7 @@ fn a_snapshot_is_taken_compared_with_and_gone_back_to_in_one_step() {
     let strong = picture(&window.ui.viewer.model);
     window.key(Key::Num1, Modifiers::COMMAND);
     set_strength(&mut window, 0.0);
-    window.ui.viewer.model.edit_graph(&afterimage_graph::check::Edit::Remove { node: "mapped".into() }).unwrap();
+    window.ui.viewer.model.edit_graph(&Edit::Rename { node: "mapped".into(), name: "curve".into() }).unwrap();
     window.key(Key::Num1, Modifiers::ALT);
     assert_eq!(window.ui.viewer.model.compared(), Some(&CompareWith::Snapshot(Slot::A)));
     (0..4).for_each(|_| window.frame(Vec::new()));
