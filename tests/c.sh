@@ -65,7 +65,7 @@ pixels.tofile("scene.f16")
 channels = {name: numpy.ascontiguousarray(pixels[..., at]) for at, name in enumerate("RGBA")}
 OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write("scene.exr")
 END
-"$program" render lit.ron scene.exr --plan bake=Auto --set lit.strength=0.02 --output light=light.exr --output display=display.png
+"$program" render lit.ron scene.exr --plan bake=still --set lit.strength=0.02 --output light=light.exr --output display=display.png
 for example in "$folder/render" "$folder/render-static"; do
     for output in light display; do
         validated "$example" lit.ron $output 96 54 lit.strength=0.02 < scene.f16 > $output

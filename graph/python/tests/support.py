@@ -60,7 +60,7 @@ class TestCase(unittest.TestCase):
     def program(self, *arguments):
         """Runs the program; images alone have baked LUTs, as those of a pipeline object."""
         if arguments[0] == "render":
-            arguments += ("--plan", "bake=Auto")
+            arguments += ("--plan", "bake=still")
         done = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, f"{arguments}: {done.stderr}")
         return done.stdout

@@ -64,6 +64,11 @@ impl PlanOptions {
     pub(crate) fn draws(&self) -> bool {
         self.plan.unwrap_or_default().draws
     }
+
+    /// Returns whether one image has the tables of colors that it would have in a sequence.
+    pub(crate) fn bakes_stills(&self) -> bool {
+        self.plan.unwrap_or_default().bakes_stills
+    }
 }
 
 /// The settings of `--plan`.
@@ -71,15 +76,17 @@ impl PlanOptions {
 struct PlanSettings {
     options: Options,
     draws: bool,
+    bakes_stills: bool,
 }
 
 /// Settings with commas between them.
 fn parse_settings(text: &str) -> Result<PlanSettings, String> {
-    let PlanSettings { mut options, mut draws } = PlanSettings::default();
+    let PlanSettings { mut options, mut draws, mut bakes_stills } = PlanSettings::default();
     for setting in text.split(',') {
         match setting {
             "alias=none" => options.alias = Alias::None,
             "alias=pool" => options.alias = Alias::Pool,
+            "bake=still" => bakes_stills = true,
             "batches=fewest" => options.batches_first = true,
             "batches=serial" => options.serial = true,
             "bounds_checks=on" => options.bounds_checks = true,
@@ -89,13 +96,13 @@ fn parse_settings(text: &str) -> Result<PlanSettings, String> {
             _ => {
                 let size = setting.strip_prefix("bake=").and_then(Bake::named);
                 options.bake = Some(size.ok_or(
-                    "known are alias=none or pool, bake=Off, Auto, 33, 48 or 64, batches=fewest or serial, \
+                    "known are alias=none or pool, bake=Off, Auto, 33, 48, 64 or still, batches=fewest or serial, \
                      bounds_checks=on, draws=on, fuse=off, row_downsample=off",
                 )?);
             }
         }
     }
-    Ok(PlanSettings { options, draws })
+    Ok(PlanSettings { options, draws, bakes_stills })
 }
 
 /// Options of every command that runs on a GPU.

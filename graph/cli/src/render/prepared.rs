@@ -72,7 +72,8 @@ pub(super) fn prepare<'a>(
     let named_inputs = assignments(&args.inputs, "--input")?;
     let request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
     // A frame of a sequence or of a host has the pixels that it has there, also where it is rendered alone.
-    let one_frame = args.captured.is_none() && request.jobs.iter().all(|job| job.frame.is_none());
+    let is_of_many = args.captured.is_some() || request.jobs.iter().any(|job| job.frame.is_some());
+    let one_frame = !is_of_many && !args.plan.bakes_stills();
     let options = Options { one_frame, ..args.plan.options() };
     check_spaces(&request)?;
     let mut prepared = Prepared { request, graph, facts, options };
