@@ -37,7 +37,7 @@ fn a_file_that_may_not_become_so_large_is_an_error() {
 fn too_little_memory_is_told_as_such() {
     let folder = Folder::new("limit-memory");
     save(&folder.file("room.exr"), &room(64, 36));
-    // What ends first, and what the driver calls it, changes with each of its libraries.
+    // The part that fails first, and the driver's word for it, change with each of its libraries.
     for kibibytes in (60_000..=1_100_000).step_by(40_000) {
         let outcome = folder.run_limited(&format!("ulimit -v {kibibytes}"), "render {glare} room.exr -o out.png");
         let told = outcome.err.contains("(`ulimit -v`)");

@@ -51,13 +51,12 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 /// The figures of a claim for two pictures.
-fn difference<'a>(reference: &'a MeasuredPicture, shown: &'a MeasuredPicture) -> Result<String, LabError> {
-    let output = |picture: &'a MeasuredPicture| ShownOutput {
-        graph: &picture.graph,
-        output: &picture.output,
-        texels: &picture.texels,
-    };
-    Ok(PictureErrors::between(output(reference), output(shown))?.to_string())
+fn difference(reference: &MeasuredPicture, shown: &MeasuredPicture) -> Result<String, LabError> {
+    Ok(PictureErrors::between(as_shown(reference), as_shown(shown))?.to_string())
+}
+
+fn as_shown(picture: &MeasuredPicture) -> ShownOutput<'_> {
+    ShownOutput { graph: &picture.graph, output: &picture.output, texels: &picture.texels }
 }
 
 /// Exchanges the pipeline and the image if they stand the other way round. An image alone is shown through the first
