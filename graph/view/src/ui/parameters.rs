@@ -110,7 +110,9 @@ impl Parameters {
         for (parameter, meaning) in found {
             let name = graph.parameter_name(parameter);
             // The same parameter has another row below.
-            ui.push_id(("usual", &name), |ui| row(ui, model, graph, (parameter, &name, meaning), actions));
+            ui.push_id(("usual", &name), |ui| {
+                row(ui, model, graph, &RowText { parameter, name: &name, meaning }, actions);
+            });
         }
         ui.separator();
     }
@@ -146,7 +148,7 @@ impl Parameters {
         let (_, shown, _) = header.body(|ui| {
             for parameter in rows {
                 let name = &graph.declaration(parameter).name;
-                row(ui, model, graph, (parameter, name, ""), actions);
+                row(ui, model, graph, &RowText { parameter, name, meaning: "" }, actions);
             }
         });
         if is_goal {
@@ -200,15 +202,17 @@ const DIMMED: f32 = 0.45;
 /// In less width than this, in points, a unit would be two letters; the text over the name states it anyway.
 const NARROWEST_UNIT: f32 = 36.0;
 
+/// A parameter as a row names it.
+struct RowText<'a> {
+    parameter: ParameterId,
+    name: &'a str,
+    /// The sentence of the pipeline about it; empty without one.
+    meaning: &'a str,
+}
+
 /// A row: a name, marked if the parameter is changed, and the control. It is dim while the parameter does nothing.
-/// `meaning` is what the pipeline states of it.
-fn row(
-    ui: &mut Ui,
-    model: &Model,
-    graph: &Graph,
-    (parameter, shown_name, meaning): (ParameterId, &str, &str),
-    actions: &mut Vec<PanelAction>,
-) {
+fn row(ui: &mut Ui, model: &Model, graph: &Graph, text: &RowText<'_>, actions: &mut Vec<PanelAction>) {
+    let RowText { parameter, name: shown_name, meaning } = *text;
     let (name, param) = (graph.parameter_name(parameter), graph.declaration(parameter));
     let Some(value) = model.editor().value(&name) else { return };
     let target = Target::Parameter(name);
