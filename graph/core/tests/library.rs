@@ -14,7 +14,6 @@ const INTERNAL: &[&str] = &[
     "were_steps_cut",
     "texel_sample",
     "is_sample_known",
-    "neighbors_share",
     "note_light",
     "halves_put",
     "halves_take",

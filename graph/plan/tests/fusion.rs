@@ -257,7 +257,7 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
             Some([sides[0], sides[1] * rows])
         }
         // The outermost invocations only make what their neighbors need.
-        PassKind::RowDownsample(rows) => Some([sides[0] - if rows.around.is_some() { 4 } else { 2 }, rows.rows]),
+        PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
         PassKind::Workgroup(_) | PassKind::Compute | PassKind::Drawing(_) => None,
     }
 }

@@ -164,15 +164,15 @@ pub struct ByRows {
     pub is_open: bool,
 }
 
-/// The form of a function that reads one image of the size of its result no further than one texel from its pixel, and
-/// of the eight texels there not more than a number each: with it a pass by rows makes each texel and its number once,
-/// and gives the number to the neighbors.
+/// The form of a function that reads one image of the size of its result no further than one texel from its pixel, of
+/// the eight texels there not more than a number each, and changes few texels: with it a pass by rows makes each texel
+/// once, and those around it again only where it may change.
 ///
 /// The functions are in the module of the function, which imports `neighbors`:
 ///
 /// - `fn NUMBER(texel: vec4f) -> f32`, of any texel;
-/// - `fn CHANGES(source: vec4f, around: Around) -> bool`, whether the function may change a texel: it is not called for
-///   four texels of which it changes none;
+/// - `fn CHANGES(source: vec4f, around: Around) -> bool`, false only if the function does not change a texel with these
+///   numbers around it, and does not with other numbers in place of those that are 0, either;
 /// - `fn FUNCTION(source: vec4f, around: Around, ...) -> vec4f`, whose other arguments are those of the function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByNeighbors {

@@ -9,8 +9,7 @@ use super::writer::FunctionWriter;
 
 /// Imports for the code of a halving.
 const IMPORTS: &str = "import afterimage::neighbors::{
-    Around, NeighborsSeen, neighbors_clamped, neighbors_inside, neighbors_lower, neighbors_of, neighbors_place,
-    neighbors_share, neighbors_upper,
+    Around, neighbors_known, neighbors_put, neighbors_texel, neighbors_within,
 };
 import afterimage::halves::{halves_across, halves_down};
 ";
@@ -18,16 +17,10 @@ import afterimage::halves::{halves_across, halves_down};
 /// Invocations of a workgroup. The outermost ones only make what their neighbors need.
 const ROW_INVOCATIONS: u32 = 64;
 
-/// Columns on either side that a workgroup makes for those between them: one for the halving, and one more where texels
-/// depend on their neighbors.
-fn margin(rows: &RowDownsample) -> u32 {
-    if rows.around.is_some() { 2 } else { 1 }
-}
-
 /// Texels of the result that a workgroup makes, across and down. With an odd number of columns, each invocation needs
 /// a texel of the next one besides.
 pub(super) fn rows_cover(rows: &RowDownsample) -> [u32; 2] {
-    [ROW_INVOCATIONS - 2 * margin(rows) - rows.odd[0], rows.rows]
+    [ROW_INVOCATIONS - 2 - rows.odd[0], rows.rows]
 }
 
 /// A halving by rows with its entry point.
@@ -95,13 +88,11 @@ impl NeighborNames {
 }
 
 fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
-    let (extent, state, margin) = (&names.extent, &names.state, margin(rows));
+    let (extent, state) = (&names.extent, &names.state);
     let [covered, count] = rows_cover(rows);
     let [wide, high] = rows.odd;
-    let walk = match &names.neighbors {
-        None => plain_walk(writer, rows, names),
-        Some(neighbors) => walk_of_neighbors(writer, rows, names, neighbors),
-    };
+    let walk = walk(writer, rows, names);
+    let around = names.neighbors.as_ref().map_or_else(String::new, |neighbors| around_texels(writer, neighbors));
     let above = if high == 1 { "    var above: Square;\n" } else { "" };
     format!(
         "fn point_of_source(pixel: vec2i) -> Point {{
@@ -109,37 +100,37 @@ fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Na
     let inside = clamp(pixel, vec2i(0), vec2i(size) - 1);
     return Point(inside, (vec2f(inside) + 0.5) / size, size);
 }}
-@compute @workgroup_size({ROW_INVOCATIONS})
+{around}@compute @workgroup_size({ROW_INVOCATIONS})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
     let size = vec2i({extent});
     let first = vec2i(group.xy) * vec2i({covered}, {count});
     let end = min(first + vec2i({covered}, {count}), size);
-    let column = first.x + i32(invocation) - {margin};
+    let column = first.x + i32(invocation) - 1;
     let is_own = column >= first.x && column < end.x;
     var state: {state};
 {above}{walk}}}"
     )
 }
 
-/// Statements that make a square for the halving of one of texels, `square`, that lies in the row `row`; and what it is
-/// called. If the number of rows is odd, it is the square of the row before.
-fn halves(rows: &RowDownsample, square: &str, row: &str) -> (String, String) {
+/// Statements that make a square for the halving of one of texels, `square`, and what it is called. If the number of
+/// rows is odd, it is the square of the row before.
+fn halves(rows: &RowDownsample, square: &str) -> (String, String) {
     let (mut statements, mut name) = (String::new(), square.to_owned());
     if rows.odd[0] == 1 {
         statements += &format!("        let across = halves_across({name}, column, size.x, row, invocation);\n");
         name = "across".into();
     }
     if rows.odd[1] == 1 {
-        statements += &format!("        let halves = halves_down(&above, {name}, {row} - 1, size.y);\n");
+        statements += &format!("        let halves = halves_down(&above, {name}, row - 1, size.y);\n");
         name = "halves".into();
     }
     (statements, name)
 }
 
 /// The square of a row of an open source, of whose texels beyond the border a half counts.
-fn open(rows: &RowDownsample, square: &str, row: &str) -> String {
+fn open(rows: &RowDownsample, square: &str) -> String {
     let [wide, high] = rows.odd;
-    format!("square_open({square}, 2 * vec2i(column, {row}), 2 * size + vec2i({wide}, {high}))")
+    format!("square_open({square}, 2 * vec2i(column, row), 2 * size + vec2i({wide}, {high}))")
 }
 
 /// The places of the square of a row, whose names begin with `places`.
@@ -179,120 +170,118 @@ fn stores_of_squares(rows: &RowDownsample, names: &Names) -> String {
     if stores.is_empty() {
         return stores;
     }
-    let [wide, high] = rows.odd;
+    let kept = match rows.odd {
+        [0, 0] => "row >= first.y && row < end.y && is_own".to_owned(),
+        [wide, high] => format!(
+            "row >= first.y && column >= first.x \
+             && all(vec2i(column, row) < end + select(vec2i(), vec2i({wide}, {high}), end == size))"
+        ),
+    };
+    format!("        if {kept} {{\n{stores}        }}\n")
+}
+
+/// The texels of a square, in the order of their places.
+const TEXELS: [&str; 4] = ["upper_left", "upper_right", "lower_left", "lower_right"];
+
+/// The places around a texel, in the order of the numbers of an `Around`.
+const PLACES: [&str; 8] = ["-1, -1", "0, -1", "1, -1", "-1, 0", "1, 0", "-1, 1", "0, 1", "1, 1"];
+
+/// A text for each texel of a square.
+fn of_texels(text: &dyn Fn(usize, &str) -> String) -> String {
+    let texels: Vec<String> = TEXELS.iter().enumerate().map(|(index, texel)| text(index, texel)).collect();
+    texels.join(", ")
+}
+
+/// A function to the numbers around a texel, and one that changes those texels of a square that may change.
+///
+/// Few texels change, so their neighbors are made again, all at once: in a loop, each waits for the one before.
+fn around_texels(writer: &FunctionWriter<'_, '_>, neighbors: &NeighborNames) -> String {
+    let point = |(index, place)| format!("    let at{index} = point_of_source(p + vec2i({place}));\n");
+    let points: String = PLACES.iter().enumerate().map(point).collect();
+    let known = |place: usize| {
+        let texel = writer.call_at("run", place as u32);
+        format!("neighbors_known({}({texel}), at{place}.pixel, p + vec2i({}))", neighbors.number, PLACES[place])
+    };
+    let known = |places: std::ops::Range<usize>| places.map(known).collect::<Vec<_>>().join(",\n            ");
     format!(
-        "        let beyond = end + select(vec2i(0), vec2i({wide}, {high}), end == size);
-        if row >= first.y && row < beyond.y && column >= first.x && column < beyond.x {{
-{stores}        }}
-"
+        "fn around_texel(p: vec2i) -> Around {{
+{points}{loads}    return Around(
+        vec3f({upper}),
+        vec2f({beside}),
+        vec3f({lower}),
+    );
+}}
+fn changed_square(square: Square, first: vec2i, may_change: vec4<bool>) -> Square {{
+    let zero = min(point_of_source(first).pixel.x, 0);
+    var changed = square;
+    for (var index = 0; index < 4 + zero; index++) {{
+        if !may_change[index] {{ continue; }}
+        let at = point_of_source(first + vec2i(index % 2, index / 2));
+        let texel = change(at, neighbors_texel(square, index), around_texel(at.pixel));
+        changed = neighbors_put(changed, index, texel);
+    }}
+    return changed;
+}}
+",
+        loads = writer.load_pixels(8, "    "),
+        upper = known(0..3),
+        beside = known(3..5),
+        lower = known(5..8),
     )
+}
+
+/// Statements that change the texels of the square of a row by their neighbors, and what it is called then.
+///
+/// A texel that does not stand out among the others of its square does not among all.
+fn change(neighbors: &NeighborNames) -> (String, &'static str) {
+    let NeighborNames { number, changes, finishes } = neighbors;
+    let numbers = of_texels(&|_, texel| format!("{number}(square.{texel})"));
+    let may_change = of_texels(&|index, texel| format!("{changes}(square.{texel}, around[{index}])"));
+    let changed = format!(
+        "        let around = neighbors_within(vec4f({numbers}), at0.pixel == at3.pixel);
+        let may_change = vec4<bool>({may_change});
+        var changed = square;
+        if any(may_change) {{ changed = changed_square(square, 2 * vec2i(column, row), may_change); }}
+"
+    );
+    if !finishes {
+        return (changed, "changed");
+    }
+    let finished = of_texels(&|index, texel| format!("finish(at{index}, changed.{texel})"));
+    (format!("{changed}        let finished = Square({finished});\n"), "finished")
 }
 
 /// From the row above the first to the one below the last: a step gives the row before.
-fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
-    let (result, halve) = (&names.results[0], &names.calls[0]);
-    let (lit, name) = match rows.is_open {
-        true => (format!("        let lit = {};\n", open(rows, "square", "row")), "lit"),
-        false => (String::new(), "square"),
-    };
-    let (halves, given) = halves(rows, name, "row");
-    format!(
-        "    for (var row = first.y - 1; row <= end.y + {late}; row++) {{
-{square}{stores}{lit}{halves}        let value = {halve}(&state, {given}, invocation);
-        if row > first.y + {late} && is_own {{ textureStore({result}, vec2i(column, row - 1 - {late}), value); }}
-    }}
-",
-        late = rows.odd[1],
-        square = square(writer, &writer.load_raw(4, INDENT)),
-        stores = stores_of_squares(rows, names),
-    )
-}
-
-/// The place of each texel of a square, from that of the square below it, and its name.
-const TEXELS: [(&str, &str); 4] =
-    [("0, -2", "upper_left"), ("1, -2", "upper_right"), ("0, -1", "lower_left"), ("1, -1", "lower_right")];
-
-/// A step makes the texels of a square, and changes those of the square before, whose neighbors are known now. So it
-/// begins and ends a row further out. Beyond the border, squares consist of texels of the border as they are changed
-/// there: above of the first row, which is known when the first square is, and below of the last one. Of an image with
-/// an odd side, so does the part of the last square that is beyond.
 ///
-/// It needs many registers, so few workgroups wait at once: each step loads the texels of the next one before it uses
-/// its own. A walk without neighbors takes longer so.
-fn walk_of_neighbors(
-    writer: &FunctionWriter<'_, '_>,
-    rows: &RowDownsample,
-    names: &Names,
-    neighbors: &NeighborNames,
-) -> String {
+/// With neighbors it needs many registers, so few workgroups wait at once: each step loads the texels of the next one
+/// before it uses its own. A walk without neighbors takes longer so.
+fn walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
-    let (halves, given) = halves(rows, if rows.is_open { "lit" } else { "changed" }, "(row - 1)");
-    let [wide, high] = rows.odd;
-    let NeighborNames { number, changes, finishes } = neighbors;
-    let of_texels = |text: &dyn Fn(usize, &str, &str) -> String, between: &str| {
-        let texels = TEXELS.iter().enumerate().map(|(index, (offset, texel))| text(index, offset, texel));
-        texels.collect::<Vec<_>>().join(between)
-    };
-    let may_change = of_texels(&|index, _, texel| format!("{changes}(seen.square.{texel}, around[{index}])"), ", ");
-    let point = |offset: &str| format!("point_of_source(2 * vec2i(column, row) + vec2i({offset}))");
-    let change = |index: usize, offset: &str, texel: &str| {
-        format!("                change({}, seen.square.{texel}, around[{index}]),\n", point(offset))
-    };
-    let finish = |_: usize, offset: &str, texel: &str| match finishes {
-        true => format!("finish({}, seen.square.{texel})", point(offset)),
-        false => format!("seen.square.{texel}"),
-    };
-    let finished = format!("Square({})", of_texels(&finish, ", "));
     let ahead = |row: &str, indent: &str| match writer.load_ahead(4, indent) {
         loads if loads.is_empty() => loads,
         loads => places("next", row, indent) + &loads,
     };
-    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT);
+    let (declared, loads) = match names.neighbors {
+        None => (String::new(), writer.load_raw(4, INDENT)),
+        Some(_) => (
+            writer.declare_ahead(4, "    ") + &ahead("first.y - 1", "    "),
+            writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT),
+        ),
+    };
+    let (changed, name) = names.neighbors.as_ref().map_or_else(|| (String::new(), "square"), change);
+    let (lit, name) = match rows.is_open {
+        true => (format!("        let lit = {};\n", open(rows, name)), "lit"),
+        false => (String::new(), name),
+    };
+    let (halves, given) = halves(rows, name);
     format!(
-        "    let last = size - 1 + vec2i({wide}, {high});
-    let place = neighbors_place(column, last.x, invocation);
-    var next: NeighborsSeen;
-    var changed: Square;
-{declared}{first}    for (var row = first.y - 2; row <= end.y + 1 + {high}; row++) {{
-{square}        let numbers = vec4f({number}(square.upper_left), {number}(square.upper_right),
-            {number}(square.lower_left), {number}(square.lower_right));
-        let rows = neighbors_share({known}, row >= 0 && row <= last.y, row, place);
-        var seen = next;
-        next = NeighborsSeen(square, seen.rows.lower, rows);
-        if row < first.y {{ continue; }}
-{stores}        if row == 0 {{ seen = NeighborsSeen(neighbors_upper(square), vec4f(), rows); }}
-        let around = neighbors_of(seen, rows.upper);
-        if any(vec4<bool>({may_change})) {{
-            seen.square = Square(
-{change}            );
-        }}
-        if row > last.y + 1 {{
-            changed = neighbors_lower(changed);
-        }} else {{
-            changed = neighbors_clamped({finished}, column, size.x - 1);
-        }}
-        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}
-{lit}{halves}        let value = {halve}(&state, {given}, invocation);
-        if row > first.y + 1 + {high} && is_own {{ textureStore({result}, vec2i(column, row - 2 - {high}), value); }}
+        "{declared}    for (var row = first.y - 1; row <= end.y + {late}; row++) {{
+{square}{stores}{changed}{lit}{halves}        let value = {halve}(&state, {given}, invocation);
+        if row > first.y + {late} && is_own {{ textureStore({result}, vec2i(column, row - 1 - {late}), value); }}
     }}
 ",
-        declared = writer.declare_ahead(4, "    "),
-        first = ahead("first.y - 2", "    "),
+        late = rows.odd[1],
         square = square(writer, &loads),
         stores = stores_of_squares(rows, names),
-        known = match rows.odd {
-            [0, 0] => "numbers".to_owned(),
-            [wide, high] => format!(
-                "neighbors_inside(numbers, vec2<bool>({}, {}))",
-                if wide == 1 { "column < size.x" } else { "true" },
-                if high == 1 { "row < size.y" } else { "true" },
-            ),
-        },
-        change = of_texels(&change, ""),
-        or_last = if high == 1 { " || row == last.y + 1" } else { "" },
-        lit = match rows.is_open {
-            true => format!("        let lit = {};\n", open(rows, "changed", "(row - 1)")),
-            false => String::new(),
-        },
     )
 }
