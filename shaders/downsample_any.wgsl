@@ -137,16 +137,16 @@ fn downsample_any_first(place: DownsampleAny, reach: f32) -> vec2f {
     return max(floor(place.center - reach * place.scale), vec2f(-1 - place.base));
 }
 
-// The ends of pairs of texels, and what is between the two of a pair. The first pair begins far outside of the image.
-struct DownsampleAnyPairs {
-    start: vec4f,
-    middle: vec4f,
-    end: vec4f,
+// The first texels of the pairs of a filter.
+fn downsample_any_pairs(first: f32) -> vec4f {
+    return first + vec4f(0.0, 2.0, 4.0, 6.0);
 }
 
-fn downsample_any_pairs(first: f32) -> DownsampleAnyPairs {
-    let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
-    return DownsampleAnyPairs(vec4f(-1e6, pairs.yzw), pairs + 1.0, pairs + 2.0);
+// The shares of a filter that are below the middles and the ends of its pairs, and far below all of them.
+struct DownsampleAnyPairs {
+    lowest: f32,
+    middle: vec4f,
+    end: vec4f,
 }
 
 // The shares of texels that count: half beyond the border of an open image.
@@ -154,10 +154,11 @@ fn downsample_any_shares(texels: vec4f, ends: vec2f) -> vec4f {
     return select(vec4f(0.5), vec4f(1.0), (texels >= vec4f(ends.x)) & (texels < vec4f(ends.y)));
 }
 
-// The taps of a filter of which these shares are below the ends of the pairs.
+// The taps of a filter with these shares. What is before the first pair belongs to it: it is equal to the border.
 fn downsample_any_taps(first: f32, below: DownsampleAnyPairs, ends: vec2f) -> DownsampleAnyTaps {
-    let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
-    let left = (below.middle - below.start) * downsample_any_shares(pairs, ends);
+    let pairs = downsample_any_pairs(first);
+    let start = vec4f(below.lowest, below.end.xyz);
+    let left = (below.middle - start) * downsample_any_shares(pairs, ends);
     let right = (below.end - below.middle) * downsample_any_shares(pairs + 1.0, ends);
     let weight = left + right;
     return DownsampleAnyTaps(weight, pairs + 0.5 + right / max(weight, vec4f(1e-6)));
@@ -171,9 +172,9 @@ fn downsample_any_below(at: vec4f, center: f32, width: f32) -> vec4f {
 fn downsample_any_box_along(first: f32, center: f32, width: f32, ends: vec2f) -> DownsampleAnyTaps {
     let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
-        downsample_any_below(pairs.start, center, width),
-        downsample_any_below(pairs.middle, center, width),
-        downsample_any_below(pairs.end, center, width),
+        0.0,
+        downsample_any_below(pairs + 1.0, center, width),
+        downsample_any_below(pairs + 2.0, center, width),
     );
     return downsample_any_taps(first, below, ends);
 }
@@ -187,9 +188,9 @@ fn downsample_any_below_wide(at: vec4f, center: f32, scale: f32) -> vec4f {
 fn downsample_any_wide_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
     let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
-        downsample_any_below_wide(pairs.start, center, scale),
-        downsample_any_below_wide(pairs.middle, center, scale),
-        downsample_any_below_wide(pairs.end, center, scale),
+        0.0,
+        downsample_any_below_wide(pairs + 1.0, center, scale),
+        downsample_any_below_wide(pairs + 2.0, center, scale),
     );
     return downsample_any_taps(first, below, ends);
 }
@@ -205,9 +206,9 @@ fn downsample_any_below_binomial(at: vec4f, center: f32, scale: f32) -> vec4f {
 fn downsample_any_binomial_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
     let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
-        downsample_any_below_binomial(pairs.start, center, scale),
-        downsample_any_below_binomial(pairs.middle, center, scale),
-        downsample_any_below_binomial(pairs.end, center, scale),
+        0.0,
+        downsample_any_below_binomial(pairs + 1.0, center, scale),
+        downsample_any_below_binomial(pairs + 2.0, center, scale),
     );
     return downsample_any_taps(first, below, ends);
 }
@@ -221,9 +222,9 @@ fn downsample_any_below_tent(at: vec4f, center: f32, scale: f32) -> vec4f {
 fn downsample_any_tent_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
     let pairs = downsample_any_pairs(first);
     let below = DownsampleAnyPairs(
-        downsample_any_below_tent(pairs.start, center, scale),
-        downsample_any_below_tent(pairs.middle, center, scale),
-        downsample_any_below_tent(pairs.end, center, scale),
+        -0.5,
+        downsample_any_below_tent(pairs + 1.0, center, scale),
+        downsample_any_below_tent(pairs + 2.0, center, scale),
     );
     return downsample_any_taps(first, below, ends);
 }
