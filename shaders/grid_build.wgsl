@@ -4,7 +4,7 @@
 // another pass stores it. Integer additions commute, so the result does not depend on their order.
 import afterimage::cells::cell_first;
 import afterimage::color::level_luminance;
-import afterimage::stride::{stride_pixel, stride_size};
+import afterimage::stride::{stride_pixel, stride_rows, stride_size};
 
 struct GridBuild {
     lo: f32,
@@ -74,30 +74,29 @@ fn grid_build_add(bin: u32, weight: f32, level: f32) {
     atomicAdd(&grid_build_weights[bin], u32(weight * params.unit + 0.5));
 }
 
-// Counts the pixels of a rectangle.
+// Counts the pixels of a rectangle. An invocation loads four pixels of a column together.
 fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
     let size = textureDimensions(source);
+    let end = first.y + extent.y;
+    let columns = select(64u, 32u, extent.x <= 32u);
+    // With a stride, a square of four rows is either loaded or not.
+    let top = select(first.y / 4u * 4u, first.y, GRID_BUILD_STEP == 1u);
     var run = GridBuildRun();
-    for (var x = invocation % 64u; x < extent.x; x += 64u) {
-        // Four pixels of a column are loaded together.
-        for (var y = invocation / 64u; y < extent.y; y += 16u) {
-            let rows = y + vec4u(0u, 4u, 8u, 12u);
-            let inside = min(rows, vec4u(extent.y - 1u));
-            let colors = texels_loaded(
-                source,
-                stride_pixel(first + vec2u(x, inside.x), size, GRID_BUILD_STEP),
-                stride_pixel(first + vec2u(x, inside.y), size, GRID_BUILD_STEP),
-                stride_pixel(first + vec2u(x, inside.z), size, GRID_BUILD_STEP),
-                stride_pixel(first + vec2u(x, inside.w), size, GRID_BUILD_STEP),
-            );
+    for (var x = invocation % columns; x < extent.x; x += columns) {
+        let rows = 4u * (GRID_BUILD_INVOCATIONS / columns);
+        for (var y = top + 4u * (invocation / columns); y < end; y += rows) {
+            let pixels = stride_rows(vec2u(first.x + x, y), size, GRID_BUILD_STEP);
+            let colors = texels_loaded(source, pixels[0], pixels[1], pixels[2], pixels[3]);
+            let places = y + vec4u(0u, 1u, 2u, 3u);
+            let are_inside = (places >= vec4u(first.y)) & (places < vec4u(end));
             if are_limited(colors[0], colors[1], colors[2], colors[3]) {
-                grid_build_count(&run, grid_build_stops(limited_level(colors[0].rgb)));
-                if rows.y < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[1].rgb))); }
-                if rows.z < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[2].rgb))); }
-                if rows.w < extent.y { grid_build_count(&run, grid_build_stops(limited_level(colors[3].rgb))); }
+                if are_inside.x { grid_build_count(&run, grid_build_stops(limited_level(colors[0].rgb))); }
+                if are_inside.y { grid_build_count(&run, grid_build_stops(limited_level(colors[1].rgb))); }
+                if are_inside.z { grid_build_count(&run, grid_build_stops(limited_level(colors[2].rgb))); }
+                if are_inside.w { grid_build_count(&run, grid_build_stops(limited_level(colors[3].rgb))); }
             } else {
-                for (var row = y; row < min(y + 16u, extent.y); row += 4u) {
-                    let color = texel_inside(source, stride_pixel(first + vec2u(x, row), size, GRID_BUILD_STEP));
+                for (var row = max(y, first.y); row < min(y + 4u, end); row++) {
+                    let color = texel_inside(source, stride_pixel(vec2u(first.x + x, row), size, GRID_BUILD_STEP));
                     grid_build_count(&run, grid_build_level(color));
                 }
             }

@@ -3,7 +3,7 @@
 // result does not depend on the order of the tiles.
 import afterimage::color::{brightest, level_luminance, luminance};
 import afterimage::workgroup::Invocation;
-import afterimage::stride::{stride_pixel, stride_size};
+import afterimage::stride::{stride_pixel, stride_rows, stride_size};
 import afterimage::metering_weight::{metering_mask, metering_nearest, metering_weight};
 
 struct Histogram {
@@ -67,24 +67,27 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     var brightest = 0.0;
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
-            + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
-        let down = vec2u(0u, 4u);
-        let a = stride_pixel(cell, size, HISTOGRAM_STEP);
-        let b = stride_pixel(cell + down, size, HISTOGRAM_STEP);
-        let c = stride_pixel(cell + 2u * down, size, HISTOGRAM_STEP);
-        let d = stride_pixel(cell + 3u * down, size, HISTOGRAM_STEP);
-        let colors = texels_loaded(source, a, b, c, d);
+            + vec2u(invocation % HISTOGRAM_COLUMNS, row + 4u * (invocation / HISTOGRAM_COLUMNS));
+        let pixels = stride_rows(cell, size, HISTOGRAM_STEP);
+        let colors = texels_loaded(source, pixels[0], pixels[1], pixels[2], pixels[3]);
         let are_sound = are_limited(colors[0], colors[1], colors[2], colors[3]);
         if are_sound && (HISTOGRAM_ALBEDO || histogram_are_full(colors)) {
-            if all(cell < sampled) { brightest = max(brightest, histogram_sound(colors[0].rgb, a, size)); }
-            if all(cell + down < sampled) { brightest = max(brightest, histogram_sound(colors[1].rgb, b, size)); }
-            if all(cell + 2u * down < sampled) { brightest = max(brightest, histogram_sound(colors[2].rgb, c, size)); }
-            if all(cell + 3u * down < sampled) { brightest = max(brightest, histogram_sound(colors[3].rgb, d, size)); }
+            if all(cell < sampled) { brightest = max(brightest, histogram_sound(colors[0].rgb, pixels[0], size)); }
+            if cell.x < sampled.x && cell.y + 1u < sampled.y {
+                brightest = max(brightest, histogram_sound(colors[1].rgb, pixels[1], size));
+            }
+            if cell.x < sampled.x && cell.y + 2u < sampled.y {
+                brightest = max(brightest, histogram_sound(colors[2].rgb, pixels[2], size));
+            }
+            if cell.x < sampled.x && cell.y + 3u < sampled.y {
+                brightest = max(brightest, histogram_sound(colors[3].rgb, pixels[3], size));
+            }
         } else {
             for (var k = 0u; k < 4u + min(size.x, 0u); k++) {
-                let pixel = stride_pixel(cell + k * down, size, HISTOGRAM_STEP);
+                let place = cell + vec2u(0u, k);
+                let pixel = stride_pixel(place, size, HISTOGRAM_STEP);
                 let color = texel_inside(source, pixel);
-                if all(cell + k * down < sampled) {
+                if all(place < sampled) {
                     brightest = max(brightest, histogram_count(color.rgb, pixel, size));
                 }
             }

@@ -14,16 +14,37 @@ fn stride_size(size: vec2u, step: u32) -> vec2u {
     return (size + STRIDE_SQUARE * step - 1u) / (STRIDE_SQUARE * step) * STRIDE_SQUARE;
 }
 
-// The source pixel of a pixel of the smaller image. One of the last for positions outside.
-fn stride_pixel(place: vec2u, size: vec2u, step: u32) -> vec2i {
-    if step == 1u { return vec2i(min(place, size - 1u)); }
-    let cell = place / STRIDE_SQUARE;
+// The first pixel of the square of a cell, if the cells cover the image.
+fn stride_square(cell: vec2u, step: u32) -> vec2u {
     let block = cell / step;
     let own = cell - block * step;
     let random = hash(block.x ^ hash(block.y));
     let x = (own.y + (random & 0xffu)) % step;
     let y = (own.x + x * ((random >> 16u) & 0xffu) + ((random >> 8u) & 0xffu)) % step;
-    // The cells cover a little more than the image where a side is no multiple of theirs; scaled, they cover it.
-    let within = 2u * (STRIDE_SQUARE * (cell * step + vec2u(x, y)) + place % STRIDE_SQUARE) + 1u;
-    return vec2i(min(within * size / (2u * step * stride_size(size, step)), size - 1u));
+    return STRIDE_SQUARE * (cell * step + vec2u(x, y));
+}
+
+// The cells cover a little more than the image where a side is no multiple of theirs; scaled, they cover it.
+fn stride_scaled(pixels: vec4u, side: u32, step: u32) -> vec4u {
+    let covered = (side + STRIDE_SQUARE * step - 1u) / (STRIDE_SQUARE * step) * (STRIDE_SQUARE * step);
+    var scaled = pixels;
+    if covered != side { scaled = (2u * pixels + 1u) * side / (2u * covered); }
+    return min(scaled, vec4u(side - 1u));
+}
+
+// The source pixels of four pixels of the smaller image, one below the other in a square: the row of the first is a
+// multiple of four. Some of the last for positions outside.
+fn stride_rows(first: vec2u, size: vec2u, step: u32) -> array<vec2i, 4> {
+    var corner = first;
+    if step > 1u { corner = stride_square(first / STRIDE_SQUARE, step) + vec2u(first.x % STRIDE_SQUARE, 0u); }
+    let x = i32(stride_scaled(vec4u(corner.x), size.x, step).x);
+    let y = vec4i(stride_scaled(corner.y + vec4u(0u, 1u, 2u, 3u), size.y, step));
+    return array(vec2i(x, y.x), vec2i(x, y.y), vec2i(x, y.z), vec2i(x, y.w));
+}
+
+// The source pixel of a pixel of the smaller image. One of the last for positions outside.
+fn stride_pixel(place: vec2u, size: vec2u, step: u32) -> vec2i {
+    if step == 1u { return vec2i(min(place, size - 1u)); }
+    let pixel = stride_square(place / STRIDE_SQUARE, step) + place % STRIDE_SQUARE;
+    return vec2i(vec2u(stride_scaled(vec4u(pixel.x), size.x, step).x, stride_scaled(vec4u(pixel.y), size.y, step).x));
 }
