@@ -55,6 +55,17 @@ fn a_run_is_as_long_as_each_node_reads_only_the_color_of_the_one_before() {
                "c": ToneMap(source: "a"), "out": Composite(base: "b", bloom: "c", strength: 0.5)"#,
             &["b"],
         ),
+        // Two functions of what a table makes become two tables, but not beside a reader that needs it stored.
+        (
+            r#""a": ToneMap(source: "in", bake: Auto), "b": Saturation(source: "a", amount: 0.5),
+               "c": Contrast(source: "a", amount: 0.5), "out": Composite(base: "b", bloom: "c", strength: 0.5)"#,
+            &["a b", "a c"],
+        ),
+        (
+            r#""a": ToneMap(source: "in", bake: Auto), "b": Saturation(source: "a", amount: 0.5),
+               "c": Vignette(source: "a", amount: 0.5), "out": Composite(base: "b", bloom: "c", strength: 0.5)"#,
+            &["a"],
+        ),
         (
             r#""a": ToneMap(source: "in", bake: Auto), "b": Vignette(source: "a", amount: 0.5),
                "out": Saturation(source: "b", amount: 0.5, bake: 33)"#,

@@ -6,13 +6,15 @@
 mod run;
 mod table;
 
+use std::collections::BTreeSet;
+
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass};
 
 use crate::builder::PlanBuilder;
 use crate::plan::{Baked, Fused, PlanOutput};
 use crate::request::PlanRequest;
-use run::{Run, runs};
+use run::{Run, part, runs};
 use table::Table;
 
 /// Puts tables in the place of the runs that ask for one.
@@ -20,6 +22,7 @@ pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanReque
     if request.options.exact {
         return;
     }
+    let copies = part(builder, graph, &request.options);
     let runs = runs(builder, graph, &request.options);
     let passes = std::mem::take(&mut builder.recording.passes);
     let mut passes: Vec<Vec<Pass>> = passes.into_iter().map(|pass| vec![pass]).collect();
@@ -27,14 +30,21 @@ pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanReque
         let table = Table::new(run.size);
         if table.side() <= request.caps.max_side {
             let of_run = run.passes.iter().flat_map(|pass| std::mem::take(&mut passes[*pass])).collect();
-            passes[run.last()] = replace(builder, &run, of_run, table, request.options.count_faults);
+            passes[run.last()] = replace(builder, &run, of_run, &copies, table, request.options.count_faults);
         }
     }
     builder.recording.passes = passes.into_iter().flatten().collect();
 }
 
-/// The passes that take the place of a run.
-fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table, measures_error: bool) -> Vec<Pass> {
+/// The passes that take the place of a run. No node describes the images `copies`.
+fn replace(
+    builder: &mut PlanBuilder,
+    run: &Run,
+    passes: Vec<Pass>,
+    copies: &BTreeSet<ImageId>,
+    table: Table,
+    measures_error: bool,
+) -> Vec<Pass> {
     let (mut kernels, mut nodes, mut intermediates): (Vec<KernelCall>, Vec<String>, Vec<_>) = Default::default();
     // The first kernel of the passes that fill the table makes the colors.
     let mut source = run.source;
@@ -50,7 +60,7 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
     }
     nodes.dedup();
     intermediates.pop();
-    for image in intermediates {
+    for image in intermediates.into_iter().filter(|image| !copies.contains(image)) {
         builder.savings.fused.push(Fused::new(builder.recording.image(image), &nodes));
     }
     let passes = table.passes(&mut builder.recording, run, &nodes, kernels, measures_error);

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_base::image::ColorState;
 use afterimage_graph::check::{Graph, GraphNode, Source};
-use afterimage_graph::node::{Arg, Bake, ImageId, KernelCall, KernelOrigin, Origin, Pass, PassKind, Resource};
+use afterimage_graph::node::{
+    Arg, Bake, ImageId, KernelCall, KernelOrigin, Origin, Pass, PassKind, Resource, VirtualImage,
+};
 
 use crate::builder::PlanBuilder;
 use crate::options::Options;
@@ -78,6 +80,42 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, options: &Options) -> V
     let mut runs: Vec<Run> = all.filter_map(run).collect();
     runs.sort_by_key(Run::last);
     runs
+}
+
+/// Makes a result for each of its readers, if all of them are functions of its color and the one that makes it is to be
+/// in a table: then each becomes a table from the same colors, and nobody stores the result. The images besides the
+/// first.
+pub(super) fn part(builder: &mut PlanBuilder, graph: &Graph, options: &Options) -> BTreeSet<ImageId> {
+    let (kept, mut parted) = (builder.kept(), BTreeSet::new());
+    for number in (0..builder.recording.passes.len()).rev() {
+        let passes = &builder.recording.passes;
+        let link = |pass: &Pass| link(builder, graph, pass, options);
+        let Some(Link { result, bake: Some(_), .. }) = link(&passes[number]) else { continue };
+        let reads = |pass: &Pass| pass.reads().contains(&Resource::Image(result));
+        let readers: Vec<usize> = (number + 1..passes.len()).filter(|reader| reads(&passes[*reader])).collect();
+        let is_transient = builder.recording.image(result).origin == Origin::Transient;
+        let are_functions =
+            readers.iter().all(|reader| link(&passes[*reader]).is_some_and(|link| link.source == result));
+        if !is_transient || kept.contains(&result) || !are_functions {
+            continue;
+        }
+        for (copies, reader) in readers.into_iter().skip(1).enumerate() {
+            let original = builder.recording.image(result);
+            let label = format!("{} again", original.label);
+            let image = builder.recording.add_image(VirtualImage { label, ..original.clone() });
+            parted.insert(image);
+            let reader = reader + copies;
+            for arg in builder.recording.passes[reader].kernels.iter_mut().flat_map(|kernel| &mut kernel.args) {
+                if arg.value == Arg::Pixel(result) {
+                    arg.value = Arg::Pixel(image);
+                }
+            }
+            let mut pass = builder.recording.passes[number].clone();
+            pass.results[0].image = image;
+            builder.recording.passes.insert(number + 1, pass);
+        }
+    }
+    parted
 }
 
 /// Returns whether results can have a luminance below 0, which tables do not cover: those of functions that move zero,

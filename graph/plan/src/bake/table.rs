@@ -91,7 +91,9 @@ impl Table {
         let mut passes = Vec::new();
         if measures_error {
             let desc = ImageDesc::new(COMPARED).format(Format::Rgba32Float);
-            let (label, origin) = (format!("{node}.table_error"), Origin::Transient);
+            // Several tables may begin with one node.
+            let last = nodes.last().map_or("", String::as_str);
+            let (label, origin) = (format!("{last}.table_error"), Origin::Transient);
             let error = recording.add_image(VirtualImage {
                 label,
                 desc,
