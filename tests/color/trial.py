@@ -1,21 +1,23 @@
 #!/usr/bin/env python3
 """A blind trial: a pipeline beside eight other operators at equal mean luminance. Optional: no test needs it.
 
-    apt install pfstools; python3 -m venv v && v/bin/pip install opencolorio numpy scipy openexr pillow opencv-python-headless
+    apt install pfstools; python3 -m venv v
+    v/bin/pip install opencolorio numpy scipy openexr pillow opencv-python-headless
     v/bin/python tests/color/trial.py views trial/views SEED PANORAMA...
     v/bin/python tests/color/trial.py sheets target/release/afterimage pipelines/tsushima.ron trial trial/views/*.exr
-    # Look at trial/*.png and write a line `NAME LETTERS`, the best two in order, for each to choices.txt, and for each view
-    # with a sky a line `NAME LEFT TOP RIGHT BOTTOM`, in pixels, to skies.txt. Then:
+    # Look at trial/*.png and write a line `NAME LETTERS`, the best two in order, for each to choices.txt, and for each
+    # view with a sky a line `NAME LEFT TOP RIGHT BOTTOM`, in pixels, to skies.txt. Then:
     v/bin/python tests/color/trial.py reveal trial choices.txt skies.txt trial/views/*.exr
 
-`views` looks into each panorama in a direction that the seed gives, through a lens of 75 degrees. `sheets` draws for each
-image the results of the pipeline, ACES 2.0 and ACES 1.3 (OpenColorIO), AgX, Khronos Neutral, Gran Turismo 7,
-`pfstmo_reinhard02 -s`, `pfstmo_mantiuk08` and `pfstmo_durand02`, in random order, and keeps the order in trial/key.json.
-`reveal` compares the choices with it. It prints, as CSV, what was chosen, the share of pixels above code 250 and the halo
-of each operator: at the scale of 1/64 of the width, the codes by which luminance falls where that of the scene rises,
-exceeded by one pixel in a thousand. A table follows of how often each operator was first and second, and of its means:
-these two, the standard deviation and the 99th percentile of lightness, and the chroma of skies as a share of that of the
-scene at the same mean. Lightness and chroma are those of Oklab.
+`views` looks into each panorama in a direction that the seed gives, through a lens of 75 degrees. `sheets` draws for
+each image the results of the pipeline, ACES 2.0 and ACES 1.3 (OpenColorIO), AgX, Khronos Neutral, Gran Turismo 7,
+`pfstmo_reinhard02 -s`, `pfstmo_mantiuk08` and `pfstmo_durand02`, in random order, and keeps the order in
+trial/key.json; 16 seconds a view on two cores. `reveal` compares the choices with it. It prints, as CSV, what was
+chosen, the share of pixels above code 250 and the halo of each operator: at the scale of 1/64 of the width, the codes
+by which luminance falls where that of the scene rises, exceeded by one pixel in a thousand. A table follows of how
+often each operator was first and second, and of its means: these two, the standard deviation and the 99th percentile of
+lightness, and the chroma of skies as a share of that of the scene at the same mean. Lightness and chroma are those of
+Oklab.
 """
 
 import json
@@ -128,7 +130,7 @@ def neutral(light):
 
 
 def gt7(light):
-    """The tone mapping of Gran Turismo 7 for SDR, from its publication: SIGGRAPH 2025, Yasutomi, Suzuki and Uchimura."""
+    """The tone mapping of Gran Turismo 7 for SDR, as published by Yasutomi, Suzuki and Uchimura at SIGGRAPH 2025."""
     to_lms = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
     to_ictcp = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
     m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 32, 3424 / 4096, 2413 / 128, 2392 / 128
@@ -256,22 +258,22 @@ def reveal(folder, choices, skies, paths):
             picture = sheet[top : top + height, left : left + width]
             codes = picture @ LUMINANCE
             lightness, color = oklab(decode(picture / 255))
-            blue = np.nan
+            share = np.nan
             if sky := skies.get(path.stem):
                 x, y, right, bottom = map(int, sky)
                 part = slice(y, bottom), slice(x, right)
-                blue = abs(color[part]).mean() / abs(oklab(scene[part])[1]).mean()
+                share = abs(color[part]).mean() / abs(oklab(scene[part])[1]).mean()
             white, ring = 100 * (codes > 250).mean(), halo(codes, scene @ LUMINANCE)
             row.append(f"{white:.2f},{ring:.1f}")
-            means[name].append((white, ring, lightness.std(), np.quantile(lightness, 0.99), blue))
+            means[name].append((white, ring, lightness.std(), np.quantile(lightness, 0.99), share))
         best = [order[LETTERS.index(letter)] for letter in chosen[path.stem][0]]
         for place, name in enumerate(best):
             counts[name][place] += 1
         print(",".join([path.stem, *best, *row]))
     print("\n| operator | first | second | above 250 | halo | sd | 99 % | chroma of skies |\n|---|", "--:|" * 7, sep="")
     for name, (first, second) in counts.items():
-        white, ring, spread, top, blue = np.nanmean(means[name], 0)
-        print(f"| {name} | {first} | {second} | {white:.2f} % | {ring:.1f} | {spread:.3f} | {top:.3f} | {blue:.2f} |")
+        white, ring, spread, top, share = np.nanmean(means[name], 0)
+        print(f"| {name} | {first} | {second} | {white:.2f} % | {ring:.1f} | {spread:.3f} | {top:.3f} | {share:.2f} |")
 
 
 def views(folder, seed, paths):
