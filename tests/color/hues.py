@@ -6,11 +6,11 @@
     v/bin/python tests/color/hues.py target/release/afterimage [FIELDS...]
 
 Light has 36 hues on the borders of AP0, Rec.2020, P3 and Rec.709, and the same hues of Rec.709 with negative channels:
-at three shares of the way to a luminance of 0, and beyond it. It has 65 exposures over 18 stops, with 8 places, 7 of
+at five shares of the way to a luminance of 0, and beyond it. It has 65 exposures over 18 stops, with 8 places, 7 of
 them at random, in each cell of hue and exposure. A neighbor is brighter by a thousandth, or a channel moves by a
 thousandth of the largest one in the direction of the next hue or of gray. The numbers are the largest differences
 between neighbors, in codes of 8 bits, of the signal of `ToneMap` and `Encode`, computed exactly and with tables of 64
-and 33 entries a side. Without FIELDS, all curves are measured, in 90 seconds on two cores without a GPU; FIELDS are
+and 33 entries a side. Without FIELDS, all curves are measured, in two minutes on two cores without a GPU; FIELDS are
 parameters of `ToneMap`, such as "curve: Gt7, gamut: Clip".
 
 `encoded` is in thousandths of white what the step of the exact curve is before `Encode`, where the signal has its
@@ -38,7 +38,7 @@ TO_REC709 = {
     "AP0": [[2.521686, -1.134131, -0.387555], [-0.276480, 1.372719, -0.096239], [-0.015378, -0.152975, 1.168354]],
 }
 # Shares of the way from a hue of Rec.709 to a luminance of 0.
-SHARES = (0.25, 0.9, 0.999, 1.001)
+SHARES = (0.25, 0.5, 0.75, 0.9, 0.999, 1.001)
 RINGS = (*TO_REC709, *(f"{share:g} of the way to no luminance" for share in SHARES))
 DIRECTIONS = ("exposure", "hue", "gray")
 
