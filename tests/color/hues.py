@@ -49,14 +49,18 @@ def hue(turn):
     return (abs((turn[..., None] + offset) % 6 - 3) - 1).clip(0, 1)
 
 
+def toward_zero(turn, share):
+    """A hue of Rec.709 at a share of the way to a luminance of 0."""
+    color = hue(turn)
+    rest = 1 - color
+    return color - share * ((color @ LUMINANCE) / (rest @ LUMINANCE))[..., None] * rest
+
+
 def ring(index, turn):
     """Light of a hue on one of the rings, in Rec.709."""
-    color = hue(turn)
     if index < len(TO_REC709):
-        return color @ np.transpose(list(TO_REC709.values())[index])
-    rest = 1 - color
-    way = (color @ LUMINANCE) / (rest @ LUMINANCE)
-    return color - SHARES[index - len(TO_REC709)] * way[..., None] * rest
+        return hue(turn) @ np.transpose(list(TO_REC709.values())[index])
+    return toward_zero(turn, SHARES[index - len(TO_REC709)])
 
 
 def light():
