@@ -109,7 +109,7 @@ def claims():
         if row["tier"] != "as written":
             p999, flip = (MARGIN * max(float(row[of]), float(row[f"{of}_moving"])) for of in ("p999", "flip"))
             # A picture that has changed has not been judged on the new ones.
-            on = row["on"] + (f"; held on {row['held']} of {row['new']} new ones" if row["held"] else "")
+            on = row["on"] + (f"; codes held on {row['held']} of {row['new']} new ones" if row["held"] else "")
             jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - min(float(row["jod"]), float(row["jod_moving"])))
             errors = f"jod: {jod:.3f}, p999: {p999:.2f}, flip: {flip:.3f}, for: {json.dumps(row['display'])}"
             time = f"ms: {row['ms_4k']}, " if row["ms_4k"] else ""

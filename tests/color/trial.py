@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
-"""A blind trial: a pipeline beside five other operators at equal mean luminance. Optional: no test needs it.
+"""A blind trial: a pipeline beside eight other operators at equal mean luminance. Optional: no test needs it.
 
-    apt install pfstools; python3 -m venv v && v/bin/pip install opencolorio numpy scipy openexr pillow opencv-python-headless
+    apt install pfstools; python3 -m venv v
+    v/bin/pip install opencolorio numpy scipy openexr pillow opencv-python-headless
     v/bin/python tests/color/trial.py views trial/views SEED PANORAMA...
     v/bin/python tests/color/trial.py sheets target/release/afterimage pipelines/tsushima.ron trial trial/views/*.exr
-    # Look at trial/*.png and write a line `NAME LETTERS`, the best two in order, for each to a file. Then:
-    v/bin/python tests/color/trial.py reveal trial choices.txt trial/views/*.exr
+    # Look at trial/*.png and write a line `NAME LETTERS`, the best two in order, for each to choices.txt, and for each
+    # view with a sky a line `NAME LEFT TOP RIGHT BOTTOM`, in pixels, to skies.txt. Then:
+    v/bin/python tests/color/trial.py reveal trial choices.txt skies.txt trial/views/*.exr
 
-`views` looks into each panorama in a direction that the seed gives, through a lens of 75 degrees. `sheets` draws for each
-image the results of the pipeline, ACES 2.0 (OpenColorIO), AgX, Khronos Neutral, `pfstmo_reinhard02 -s` and
-`pfstmo_mantiuk08`, in random order, and keeps the order in trial/key.json. `reveal` compares the choices with it. It
-prints for each operator how often it was first and second, the share of pixels above code 250, and the halo: at the scale
-of 1/64 of the width, the codes by which luminance falls where that of the scene rises, exceeded by one pixel in a
-thousand.
+`views` looks into each panorama in a direction that the seed gives, through a lens of 75 degrees. `sheets` draws for
+each image the results of the pipeline, ACES 2.0 and ACES 1.3 (OpenColorIO), AgX, Khronos Neutral, Gran Turismo 7,
+`pfstmo_reinhard02 -s`, `pfstmo_mantiuk08` and `pfstmo_durand02`, in random order, and keeps the order in
+trial/key.json; 16 seconds a view on two cores. `reveal` compares the choices with it. It prints, as CSV, what was
+chosen, the share of pixels above code 250 and the halo of each operator: at the scale of 1/64 of the width, the codes
+by which luminance falls where that of the scene rises, exceeded by one pixel in a thousand. A table follows of how
+often each operator was first and second, and of its means: these two, the standard deviation and the 99th percentile of
+lightness, and the chroma of skies as a share of that of the scene at the same mean. Lightness and chroma are those of
+Oklab.
 """
 
 import json
@@ -24,9 +29,10 @@ from pathlib import Path
 import numpy as np
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-LETTERS = "ABCDEF"
-NAMES = ("pipeline", "aces2", "agx", "neutral", "reinhard02", "mantiuk08")
-COLUMNS = 2
+LETTERS = "ABCDEFGHI"
+NAMES = ("pipeline", "aces2", "agx", "neutral", "reinhard02", "mantiuk08", "aces1", "gt7", "durand02")
+COLUMNS = 3
+TO_REC2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]])
 
 
 def load(path):
@@ -74,12 +80,13 @@ def at_mean(operator, target, low, high):
     return operator((low + high) / 2)
 
 
-def aces2():
+def aces(name):
+    """The view for SDR of a built-in configuration of OpenColorIO."""
     import PyOpenColorIO as ocio
 
-    config = ocio.Config.CreateFromBuiltinConfig("cg-config-v4.0.0_aces-v2.0_ocio-v2.5")
+    config = ocio.Config.CreateFromBuiltinConfig(name)
     display = next(name for name in config.getDisplays() if "sRGB" in name)
-    view = next(name for name in config.getViews(display) if "SDR" in name and "709" in name)
+    view = next(name for name in config.getViews(display) if "SDR" in name)
     source = next(name for name in ("lin_rec709_srgb", "lin_rec709") if config.getColorSpace(name))
     processor = config.getProcessor(source, display, view, ocio.TRANSFORM_DIR_FORWARD).getDefaultCPUProcessor()
 
@@ -93,7 +100,6 @@ def aces2():
 
 def agx(light):
     """The AgX of Troy Sobotka, by the matrices and the polynomial that three.js has of it."""
-    to_rec2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]])
     inset = np.array(
         [[0.856627153315983, 0.0951212405381588, 0.0482516061458583],
          [0.137318972929847, 0.761241990602591, 0.101439036467562],
@@ -105,10 +111,10 @@ def agx(light):
          [-0.14132976349843826, -0.11060664309660294, 1.2519364065950405]]
     )
     low, high = -12.47393, 4.026069
-    x = (np.log2(np.maximum(light @ to_rec2020.T @ inset.T, 1e-10)).clip(low, high) - low) / (high - low)
+    x = (np.log2(np.maximum(light @ TO_REC2020.T @ inset.T, 1e-10)).clip(low, high) - low) / (high - low)
     curve = ((((15.5 * x - 40.14) * x + 31.96) * x - 6.868) * x + 0.4298) * x * x + 0.1191 * x - 0.00232
     linear = np.maximum(curve @ outset.T, 0) ** 2.2
-    return encode((linear @ np.linalg.inv(to_rec2020).T).clip(0, 1))
+    return encode((linear @ np.linalg.inv(TO_REC2020).T).clip(0, 1))
 
 
 def neutral(light):
@@ -123,6 +129,39 @@ def neutral(light):
     return encode(np.where(peak < start, color, mapped).clip(0, 1))
 
 
+def gt7(light):
+    """The tone mapping of Gran Turismo 7 for SDR, as published by Yasutomi, Suzuki and Uchimura at SIGGRAPH 2025."""
+    to_lms = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
+    to_ictcp = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
+    m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 32, 3424 / 4096, 2413 / 128, 2392 / 128
+
+    def ictcp(rgb):
+        y = (np.maximum(rgb @ to_lms.T, 0) / 100) ** m1
+        return ((c1 + c2 * y) / (1 + c3 * y)) ** m2 @ to_ictcp.T
+
+    def rgb_of(ictcp):
+        e = np.maximum(ictcp @ np.linalg.inv(to_ictcp).T, 0) ** (1 / m2)
+        return 100 * (np.maximum(e - c1, 0) / (c2 - c3 * e)) ** (1 / m1) @ np.linalg.inv(to_lms).T
+
+    def smooth(x, start, end):
+        t = ((x - start) / (end - start)).clip(0, 1)
+        return t * t * (3 - 2 * t)
+
+    # 1 is 100 cd/m2, and paper white 250.
+    peak, alpha, gray, linear, toe = 2.5, 0.25, 0.538, 0.444, 1.280
+    k = (linear - 1) / (alpha - 1)
+    rgb = np.maximum(light @ TO_REC2020.T, 0)
+    shoulder = peak * (linear + k - k * np.exp((linear - rgb / peak) / k))
+    share = smooth(rgb, 0, gray)
+    below = (1 - share) * gray * (rgb / gray) ** toe + share * rgb
+    skewed = np.where(rgb < linear * peak, below, shoulder)
+    given = ictcp(rgb)
+    fade = 1 - smooth(given[..., :1] / ictcp(np.full(3, peak))[0], 0.98, 1.16)
+    scaled = rgb_of(np.concatenate([ictcp(skewed)[..., :1], given[..., 1:] * fade], -1))
+    blended = np.minimum(0.4 * skewed + 0.6 * scaled, peak) / peak
+    return encode((blended @ np.linalg.inv(TO_REC2020).T).clip(0, 1))
+
+
 def pfs(folder, image, *command):
     given, result = folder / "given.exr", folder / "result.exr"
     save(given, image)
@@ -131,7 +170,7 @@ def pfs(folder, image, *command):
     return load(result).clip(0, 1)
 
 
-def pictures(binary, pipeline, folder, image, transform):
+def pictures(binary, pipeline, folder, image, aces1, aces2):
     """The codes from 0 to 1 of every operator, all of the mean luminance that the pipeline gives."""
     from PIL import Image
 
@@ -141,26 +180,26 @@ def pictures(binary, pipeline, folder, image, transform):
     own = np.asarray(Image.open(result).convert("RGB")) / 255
     exposed = image * 0.18 / np.exp(np.log(np.maximum(image @ LUMINANCE, 1e-6)).mean())
     target = mean(own)
-    # The first of the two gives display-linear light, the second codes.
-    reinhard = pfs(folder, exposed, "pfstmo_reinhard02", "-s")
-    mantiuk = decode(pfs(folder, exposed, "pfstmo_mantiuk08"))
-    return {
-        "pipeline": own,
-        "aces2": at_mean(lambda stops: transform(exposed * 2**stops), target, -8, 8),
-        "agx": at_mean(lambda stops: agx(exposed * 2**stops), target, -8, 8),
-        "neutral": at_mean(lambda stops: neutral(exposed * 2**stops), target, -8, 8),
-        "reinhard02": at_mean(lambda stops: encode(reinhard * 2**stops), target, -6, 6),
-        "mantiuk08": at_mean(lambda stops: encode(mantiuk * 2**stops), target, -6, 6),
+    curves = {"aces2": aces2, "agx": agx, "neutral": neutral, "aces1": aces1, "gt7": gt7}
+    # `pfstmo_mantiuk08` gives codes, the others display-linear light.
+    local = {
+        "reinhard02": pfs(folder, exposed, "pfstmo_reinhard02", "-s"),
+        "mantiuk08": decode(pfs(folder, exposed, "pfstmo_mantiuk08")),
+        "durand02": pfs(folder, exposed, "pfstmo_durand02"),
     }
+    shown = {name: at_mean(lambda stops: f(exposed * 2**stops), target, -8, 8) for name, f in curves.items()}
+    shown |= {name: at_mean(lambda stops: encode(f * 2**stops), target, -6, 6) for name, f in local.items()}
+    return {"pipeline": own} | shown
 
 
 def sheets(binary, pipeline, folder, paths):
     from PIL import Image, ImageDraw
 
-    folder, transform, key = Path(folder), aces2(), {}
+    folder, key = Path(folder), {}
+    transforms = aces("cg-config-v2.2.0_aces-v1.3_ocio-v2.4"), aces("cg-config-v4.0.0_aces-v2.0_ocio-v2.5")
     (folder / "work").mkdir(parents=True, exist_ok=True)
     for path in map(Path, paths):
-        shown = pictures(binary, pipeline, folder / "work", load(path), transform)
+        shown = pictures(binary, pipeline, folder / "work", load(path), *transforms)
         order = random.SystemRandom().sample(list(shown), len(shown))
         height, width, _ = shown["pipeline"].shape
         sheet = Image.new("RGB", (COLUMNS * width, len(order) // COLUMNS * height))
@@ -186,28 +225,55 @@ def halo(codes, light):
     return np.quantile(np.where(slope * sigma > 0.25, against, 0).clip(0), 0.999)
 
 
-def reveal(folder, choices, paths):
+def oklab(light):
+    """Lightness, and a + ib, of linear light."""
+    to_lms = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566],
+              [0.0883024619, 0.2817188376, 0.6299787005]]
+    to_lab = [[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099],
+              [0.0259040371, 0.7827717662, -0.8086757660]]
+    lab = np.cbrt(light @ np.transpose(to_lms)) @ np.transpose(to_lab)
+    return lab[..., 0], lab[..., 1] + 1j * lab[..., 2]
+
+
+def lines(path):
+    """The words of each line by its first."""
+    return {name: words for name, *words in map(str.split, Path(path).read_text().splitlines())}
+
+
+def reveal(folder, choices, skies, paths):
     from PIL import Image
 
-    key = json.loads((Path(folder) / "key.json").read_text())
-    chosen = dict(line.split() for line in Path(choices).read_text().splitlines())
-    counts = {name: [0, 0] for name in NAMES}
-    print("| image | first, second |", " | ".join(f"{name}: above 250, halo" for name in NAMES), "|")
-    print("|---|---|" + "---|" * len(NAMES))
+    key, chosen, skies = json.loads((Path(folder) / "key.json").read_text()), lines(choices), lines(skies)
+    counts, means = {name: [0, 0] for name in NAMES}, {name: [] for name in NAMES}
+    print("view,first,second,", ",".join(f"{name} above 250 (%),{name} halo (codes)" for name in NAMES), sep="")
     for path in map(Path, paths):
         order = key[path.stem]
-        sheet = np.asarray(Image.open(Path(folder) / f"{path.stem}.png")).astype(float)
+        sheet = np.asarray(Image.open(Path(folder) / f"{path.stem}.png"))
         height, width = COLUMNS * sheet.shape[0] // len(order), sheet.shape[1] // COLUMNS
-        light, figures = load(path) @ LUMINANCE, {}
-        for index, name in enumerate(order):
+        scene, row = load(path), []
+        scene *= mean(sheet / 255) / (scene @ LUMINANCE).mean()
+        for name in NAMES:
+            index = order.index(name)
             top, left = index // COLUMNS * height, index % COLUMNS * width
-            codes = sheet[top : top + height, left : left + width] @ LUMINANCE
-            figures[name] = f"{100 * (codes > 250).mean():.2f} %, {halo(codes, light):.1f}"
-        best = [order[LETTERS.index(letter)] for letter in chosen[path.stem]]
+            picture = sheet[top : top + height, left : left + width]
+            codes = picture @ LUMINANCE
+            lightness, color = oklab(decode(picture / 255))
+            share = np.nan
+            if sky := skies.get(path.stem):
+                x, y, right, bottom = map(int, sky)
+                part = slice(y, bottom), slice(x, right)
+                share = abs(color[part]).mean() / abs(oklab(scene[part])[1]).mean()
+            white, ring = 100 * (codes > 250).mean(), halo(codes, scene @ LUMINANCE)
+            row.append(f"{white:.2f},{ring:.1f}")
+            means[name].append((white, ring, lightness.std(), np.quantile(lightness, 0.99), share))
+        best = [order[LETTERS.index(letter)] for letter in chosen[path.stem][0]]
         for place, name in enumerate(best):
             counts[name][place] += 1
-        print(f"| {path.stem} | {', '.join(best)} |", " | ".join(figures[name] for name in NAMES), "|")
-    print("\nfirst, second:", ", ".join(f"{name} {first}, {second}" for name, (first, second) in counts.items()))
+        print(",".join([path.stem, *best, *row]))
+    print("\n| operator | first | second | above 250 | halo | sd | 99 % | chroma of skies |\n|---|", "--:|" * 7, sep="")
+    for name, (first, second) in counts.items():
+        white, ring, spread, top, share = np.nanmean(means[name], 0)
+        print(f"| {name} | {first} | {second} | {white:.2f} % | {ring:.1f} | {spread:.3f} | {top:.3f} | {share:.2f} |")
 
 
 def views(folder, seed, paths):
@@ -236,7 +302,7 @@ if __name__ == "__main__":
         sheets(*rest[:3], rest[3:])
     elif command == "views" and len(rest) > 2:
         views(rest[0], rest[1], rest[2:])
-    elif command == "reveal" and len(rest) > 2:
-        reveal(*rest[:2], rest[2:])
+    elif command == "reveal" and len(rest) > 3:
+        reveal(*rest[:3], rest[3:])
     else:
         sys.exit(__doc__)
