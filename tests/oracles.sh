@@ -14,7 +14,8 @@ mkdir -p "$out/files"
 # Decoders that no program has by default have their own tests here.
 AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --features avif,jxl --test all -- oracles:: avif jxl
 "$out/venv/bin/python" tests/oracles/read.py "$out/files"
-cargo build --quiet -p afterimage-cli --features avif,jxl
+# The other features of `cargo test --workspace`, so that less compiles twice.
+cargo build --quiet --workspace --bin afterimage --features avif,jxl
 program="$(cd "${CARGO_TARGET_DIR:-target}" && pwd)/debug/afterimage"
 "$out/venv/bin/python" tests/oracles/luts.py "$program" "$out/luts"
 "$out/venv/bin/python" tests/oracles/kinds.py "$program" "$out/kinds"

@@ -45,6 +45,8 @@ STYLE = """
 .nav-wrapper { display: block; }
 .content img { display: block; }
 """
+# A trait of tracing, which all types have where winit brings that crate, links to a page of its own.
+TRACING = ('"dispatcher#setting-', '"https://docs.rs/tracing/0.1/tracing/dispatcher/index.html#setting-')
 PICTURES = (".jpg", ".png", ".svg", ".webp")
 # Languages that mdBook colors, for those that it does not know.
 LANGUAGES = {"ron": "rust", "wgsl": "rust", "rs": "rust", "py": "python", "h": "c", "c": "c", "sh": "sh"}
@@ -194,9 +196,16 @@ def write_api(site, target, names):
         is_crate = lambda entry: os.path.exists(os.path.join(folder, entry, "all.html"))
         return {entry for entry in entries if below == "." and is_crate(entry) and entry not in known}
 
-    shutil.copytree(source, os.path.join(site, "api"), ignore=others)
+    api = os.path.join(site, "api")
+    shutil.copytree(source, api, ignore=others)
+    for path in (os.path.join(folder, name) for folder, _, names in os.walk(api) for name in names):
+        if path.endswith(".html"):
+            with open(path, encoding="utf-8") as file:
+                text = file.read().replace(*TRACING)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
     # The page to which help and settings lead back.
-    with open(os.path.join(site, "api/index.html"), "w", encoding="utf-8") as file:
+    with open(os.path.join(api, "index.html"), "w", encoding="utf-8") as file:
         file.write('<!doctype html><meta http-equiv="refresh" content="0; url=../api.html">')
 
 

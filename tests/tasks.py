@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Forty tasks of a pipeline TD, in an empty folder with images that this script makes. Optional: no test needs it.
+"""Tasks of a pipeline TD, in an empty folder with images that this script makes. Optional: no test needs it.
 
     python3 -m venv v && v/bin/pip install numpy openexr pillow opencv-python-headless colour-science openjd-model==0.14.0
     apt-get install parallel

@@ -6,7 +6,8 @@
     v/bin/python tests/color/aces2.py vectors > tests/vectors/aces2.txt  # the reference values of the Rust tests
     v/bin/python tests/color/aces2.py gamut > tests/vectors/gamut_compress.txt
 
-Differences are of display-linear light in the primaries of the display, where 1 is 100 cd/m2.
+Differences are of display-linear light in the primaries of the display, where 1 is 100 cd/m2. The exit status of
+`compare` is 1 if one is above 0.001.
 """
 
 import subprocess
@@ -106,13 +107,15 @@ def rendered(program, folder, rec709, gamut, peak):
 
 
 def compare(program):
-    colors = dense()
+    colors, largest = dense(), 0.0
     print("| display | largest difference | 99.9 % below |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for gamut, peak in DISPLAYS:
             ours = rendered(program, Path(folder), colors, gamut, peak)
             off = np.abs(ours - reference(colors, gamut, peak)).max(1)
+            largest = max(largest, off.max())
             print(f"| {gamut}, {peak} cd/m2 | {off.max():.5f} | {np.quantile(off, 0.999):.5f} |")
+    sys.exit(not largest <= 0.001)
 
 
 def vectors():

@@ -7,7 +7,7 @@
 
 For each kind of process node it writes a file, evaluates it over about 56 000 colors with OpenColorIO (32 bits,
 without optimizations) and with the double-precision version of Afterimage, and prints the largest difference, divided
-by the larger of 1 and the value. The files of graph/color/tests/files follow.
+by the larger of 1 and the value. The files of graph/color/tests/files follow. The exit status is 1 above 1e-4.
 """
 
 import pathlib
@@ -128,6 +128,7 @@ def difference(program, path, kind):
 
 def main():
     program = sys.argv[1]
+    largest = 0.0
     print("| file | largest difference |\n|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "case.clf"
@@ -137,10 +138,13 @@ def main():
                 path = pathlib.Path(folder) / f"{name.replace(' ', '_')}{index}.clf"
                 path.write_text(process_list(one))
                 worst = max(worst, difference(program, path, kind))
+            largest = max(largest, worst)
             print(f"| `{name.split(',')[0]}`{name[len(name.split(',')[0]):]} | {worst:.1e} |")
     for name in ("display.clf", "teal.clf", "warm.cc", "edit.cdl"):
         worst = difference(program, FILES / name, "unit")
+        largest = max(largest, worst)
         print(f"| `{name}` | {worst:.1e} |")
+    sys.exit(not largest <= 1e-4)
 
 
 if __name__ == "__main__":

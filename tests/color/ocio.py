@@ -9,7 +9,7 @@
 A row is a transform of a built-in config, or a file that this script makes, in ACEScct, on 17^3 colors of -0.1 to 1 and of
 2^-8 to 2^6. Signals are compared from PNG files of 16 bits in units of 8-bit codes, where rounding alone makes 0.002; light
 relative to its size above 1, and only where a pipeline does not limit it. OpenColorIO runs on the CPU in 32 bits, without
-optimizations.
+optimizations. The exit status is 1 if the program refuses a transform, or a difference is above the limit of its unit.
 """
 
 import itertools
@@ -200,8 +200,14 @@ def is_kept(light):
     return (light @ [0.2126, 0.7152, 0.0722] >= 0) & (np.abs(light).max(1) < 65504)
 
 
+# Of a code, and relative.
+LIMITS = {255: 0.5, None: 2e-4}
+failed = []
+
+
 def row(kind, config, name, found, wanted, scale):
     if isinstance(found, str):
+        failed.append(name)
         print(f'{kind},{config.split("://")[1]},"{name}",,,"{found}"')
         return
     if not scale:
@@ -209,6 +215,8 @@ def row(kind, config, name, found, wanted, scale):
         found, wanted = found[kept], wanted[kept]
     off = np.abs(found.astype(float) - wanted) / (1 if scale else np.maximum(1, np.abs(wanted))) * (scale or 1)
     print(f'{kind},{config.split("://")[1]},"{name}",{off.max():.2g},{off.mean():.2g},{"8-bit codes" if scale else "relative"}')
+    if not off.max() <= LIMITS[scale]:
+        failed.append(name)
 
 
 def main():
@@ -235,6 +243,7 @@ def main():
         numbers = np.array(list(itertools.product(np.linspace(0.1, 0.9, SIDE), repeat=3)), dtype=np.float32)
         wanted = reference(config, ocio.ColorSpaceTransform(space, LIGHT), numbers)
         row("input", config, space, render(numbers, "", config, "--input-space", space), wanted, None)
+    sys.exit(f"refused or too far apart: {', '.join(failed)}" if failed else 0)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ import OpenImageIO as oiio
 
 WHITE = 203.0
 PATCHES = np.array([0.01, 0.05, 0.18, 0.5, 0.9])
+RED = np.array([0.5, 0.05, 0.05])
 SPACES = {"Rec709": ("ITU-R BT.709", 1), "DisplayP3": ("Display P3", 12), "Rec2020": ("ITU-R BT.2020", 9)}
 CASES = [
     ("Srgb", "Rec709"),
@@ -98,8 +99,7 @@ def label(found, transfer, primaries):
 
 def main(program):
     folder = pathlib.Path(tempfile.mkdtemp())
-    red = np.array([0.5, 0.05, 0.05])
-    row = np.concatenate([np.repeat(PATCHES[:, None], 3, axis=1), red[None]]).astype(np.float32)[None]
+    row = np.concatenate([np.repeat(PATCHES[:, None], 3, axis=1), RED[None]]).astype(np.float32)[None]
     OpenEXR.File({}, {"RGB": np.ascontiguousarray(row)}).write(str(folder / "in.exr"))
     print("| output | labels | read by OpenImageIO as | largest difference of luminance |\n|---|---|---|---|")
     failed = False
@@ -118,7 +118,7 @@ def main(program):
         if transfer != "Hlg":
             to709 = colour.matrix_RGB_to_RGB(rgb, colour.RGB_COLOURSPACES["ITU-R BT.709"], "Bradford")
             back = to709 @ light(signal[-1], transfer) / WHITE
-            difference = max(difference, np.abs(back / red - 1.0).max() * 100.0)
+            difference = max(difference, np.abs(back / RED - 1.0).max() * 100.0)
         failed |= bool(wrong) or difference > 0.5
         names = ", ".join(name for name in ("cICP", "sRGB", "gAMA", "cHRM", "iCCP", "mDCV", "cLLI") if name in found)
         seen = image.spec().get_string_attribute("oiio:ColorSpace") or "unknown"
@@ -130,17 +130,18 @@ def main(program):
 
 
 def exr(program, folder, primaries):
-    """Whether the linear output states its primaries and holds the light."""
+    """Whether the linear output, converted to the primaries, states them and holds the light."""
     command = [program, "render", "p.ron", "in.exr", "-o", "out.exr", "--depth", "32", "--output", "light"]
-    subprocess.run(command, cwd=folder, check=True)
+    subprocess.run([*command, "--output-space", primaries.removeprefix("Display")], cwd=folder, check=True)
     file = OpenEXR.File(str(folder / "out.exr"))
     header = file.header()
     stated = np.array(header["chromaticities"], dtype=float).ravel()
     gamut = colour.RGB_COLOURSPACES[SPACES[primaries][0]]
     expected = np.concatenate([gamut.primaries.ravel(), gamut.whitepoint])
     channels = file.channels()
-    pixels = channels["RGB" if "RGB" in channels else "RGBA"].pixels[0]
-    light = pixels[: len(PATCHES), 0] / PATCHES - 1.0
+    pixels = channels["RGB" if "RGB" in channels else "RGBA"].pixels[0, :, :3]
+    back = colour.matrix_RGB_to_RGB(gamut, colour.RGB_COLOURSPACES["ITU-R BT.709"], "Bradford") @ pixels[-1]
+    light = np.concatenate([pixels[: len(PATCHES), 0] / PATCHES, back / RED]) - 1.0
     right = np.abs(stated - expected).max() < 1.5e-4 and np.abs(light).max() < 2e-3
     white = header.get("whiteLuminance")
     verdict = "right" if right else f"wrong: {stated}, {light}"

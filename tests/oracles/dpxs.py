@@ -1,28 +1,12 @@
 """Writes DPX files with ffmpeg and OpenImageIO, which `render` reads, and compares codes and light:
 dpxs.py PROGRAM FOLDER"""
 
-import os
-import subprocess
-import sys
-
 import numpy
-import OpenEXR
 import OpenImageIO
 
+from judge import check, pipeline, render, run, start
+
 PIPELINE = """Pipeline(inputs: { "in": Color }, nodes: { "same": Exposure(source: "in", stops: 0.0) }, outputs: { "light": "same" })"""
-failed = []
-
-
-def check(what, is_right):
-    print(f"{'good' if is_right else 'WRONG'}: {what}")
-    if not is_right:
-        failed.append(what)
-
-
-def light(program, name, *more):
-    words = [program, "render", "same.ron", name, "-o", "out.exr", "--depth=32", *more]
-    subprocess.run(words, check=True, capture_output=True)
-    return next(iter(OpenEXR.File("out.exr").channels().values())).pixels[..., :3]
 
 
 def film(codes):
@@ -30,11 +14,8 @@ def film(codes):
     return (exposure(codes) - exposure(95)) / (1 - exposure(95))
 
 
-def main(program, folder):
-    os.makedirs(folder, exist_ok=True)
-    os.chdir(folder)
-    with open("same.ron", "w") as file:
-        file.write(PIPELINE)
+def main(program):
+    pipeline("same.ron", PIPELINE)
     random = numpy.random.default_rng(1)
     for width, height in [(37, 5), (1, 1), (130, 75), (2, 3)]:
         for samples, raw, bits in [("gbrp10be", "gbrp10le", 10), ("gbrp10le", "gbrp10le", 10), ("gbrp12be", "gbrp12le", 12), ("gbrp12le", "gbrp12le", 12),
@@ -42,10 +23,10 @@ def main(program, folder):
             codes = random.integers(0, 2**bits, (height, width, 3)).astype("<u2")
             planes = codes.astype("u1").tobytes() if bits == 8 else numpy.moveaxis(codes[..., [1, 2, 0]], -1, 0).tobytes()
             encode = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", raw, "-s", f"{width}x{height}", "-i", "-", "-pix_fmt", samples, "in.dpx"]
-            subprocess.run(encode, input=planes, check=True)
+            run(*encode, input=planes)
             decode = ["ffmpeg", "-loglevel", "error", "-i", "in.dpx", "-f", "rawvideo", "-pix_fmt", raw, "-"]
-            again = subprocess.run(decode, check=True, capture_output=True).stdout
-            found = light(program, "in.dpx") * (2**bits - 1)
+            again = run(*decode)
+            found = render(program, "same.ron", "in.dpx") * (2**bits - 1)
             check(f"ffmpeg {samples} {width}x{height}", again == planes and numpy.abs(found - codes).max() < (0.3 if bits == 8 else 0.02))
     codes = random.integers(0, 1024, (75, 131, 3))
     for color, expected in [("KodakLog", film(codes)), ("lin_rec709", codes / 1023)]:
@@ -60,9 +41,7 @@ def main(program, folder):
             out.close()
             # Light below 0 is limited where the luminance is negative.
             is_lit = expected @ [0.2126, 0.7152, 0.0722] >= 0
-            check(f"OpenImageIO {color} {order}", numpy.abs(light(program, "in.dpx") - expected)[is_lit].max() < 1e-4)
-    if failed:
-        sys.exit(f"{len(failed)} wrong")
+            check(f"OpenImageIO {color} {order}", numpy.abs(render(program, "same.ron", "in.dpx") - expected)[is_lit].max() < 1e-4)
 
 
-main(*sys.argv[1:])
+start(main)

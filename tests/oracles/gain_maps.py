@@ -2,12 +2,12 @@
 gain_maps.py PROGRAM FOLDER SCENE..."""
 
 import os
-import subprocess
-import sys
 
 import imagecodecs
 import numpy
 import PIL.Image
+
+from judge import check, run, start
 
 # By the quality of the JPEG: stops between two lights, of all channels on average, and of 999 in 1000.
 LIMITS = {92: (0.035, 0.5), 100: (0.025, 0.13)}
@@ -18,19 +18,6 @@ MATRICES = {
     "Rec709": [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
     "DisplayP3": [[1.343578, -0.282180, -0.061399], [-0.065297, 1.075788, -0.010490], [0.002822, -0.019598, 1.016777]],
 }
-failed = []
-
-
-def check(what, is_right):
-    print(f"{'good' if is_right else 'WRONG'}: {what}")
-    if not is_right:
-        failed.append(what)
-
-
-def run(*words):
-    ended = subprocess.run(words, capture_output=True, text=True)
-    if ended.returncode:
-        sys.exit(f"{' '.join(words)}: {ended.stderr}")
 
 
 def pq_light(codes):
@@ -44,10 +31,7 @@ def read(name):
         return file.read()
 
 
-def main(program, folder, *scenes):
-    scenes = [os.path.abspath(scene) for scene in scenes]
-    os.makedirs(folder, exist_ok=True)
-    os.chdir(folder)
+def main(program, *scenes):
     for scene in scenes:
         for primaries, quality in [("Rec709", 92), ("Rec709", 100), ("DisplayP3", 100)]:
             words = [program, "render", "hdr", scene, f"--quality={quality}", f"--set=sdr-encoded.primaries={primaries}"]
@@ -70,8 +54,6 @@ def main(program, folder, *scenes):
             limits = LIMITS[quality]
             text = f"{what}: libultrahdr's light to {found.max():.2f}, of {wanted.max():.2f}, is {mean:.4f} and {most:.3f} stops away"
             check(f"{text}, in {len(photo)} bytes of {os.path.getsize('plain.jpg')}", mean < limits[0] and most < limits[1])
-    if failed:
-        sys.exit(f"{len(failed)} wrong")
 
 
-main(*sys.argv[1:])
+start(main)

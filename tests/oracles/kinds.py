@@ -2,26 +2,16 @@
 the distance to a polygon with OpenCV, dots of a print with a count of their regions. Fails if an error is larger than
 the one that stands beside it: kinds.py PROGRAM FOLDER [OPTIONS OF RENDER]"""
 
-import os
-import subprocess
-import sys
-
 import coloraide
 import cv2
 import numpy
-import OpenEXR
 from scipy import ndimage
 from scipy.interpolate import PchipInterpolator
 
+from judge import check, pipeline, render, start, write
+
 HEIGHT, WIDTH = 180, 240
 OKLAB, LINEAR = "oklab", "srgb-linear"
-
-
-def write(name, pixels):
-    if pixels.shape[-1] == 3:
-        pixels = numpy.concatenate([pixels, numpy.ones((*pixels.shape[:2], 1))], axis=-1)
-    channels = {"RGBA": numpy.ascontiguousarray(pixels, dtype="float32")}
-    OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(name)
 
 
 def smooth(seed):
@@ -33,22 +23,18 @@ def smooth(seed):
 
 class Judge:
     def __init__(self, program, options):
-        self.program, self.options, self.failed = program, options, []
+        self.program, self.options = program, options
 
     def render(self, nodes, pixels, state="Exposed"):
-        with open("kinds.ron", "w") as file:
-            file.write(f'Pipeline(inputs: {{ "in": {state} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "result" }})')
+        text = f'Pipeline(inputs: {{ "in": {state} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "result" }})'
+        pipeline("kinds.ron", text)
         write("in.exr", pixels)
-        words = [self.program, "render", "kinds.ron", "in.exr", "-o", "out.exr", "--depth=32", "--exact", *self.options]
-        subprocess.run(words, check=True, capture_output=True)
-        return OpenEXR.File("out.exr").channels()["RGBA"].pixels[..., :3].astype("float64")
+        return render(self.program, "kinds.ron", "in.exr", "--exact", *self.options)
 
     def compare(self, name, found, wanted, most, border=0):
         inner = numpy.s_[border:found.shape[0] - border, border:found.shape[1] - border]
         error = numpy.abs(found[inner] - wanted[inner]).max()
-        print(f"{name}: {error:.5f}, at most {most} allowed")
-        if not error <= most:
-            self.failed.append(name)
+        check(f"{name}: {error:.5f}, at most {most} allowed", error <= most)
 
 
 def blurs(judge):
@@ -121,20 +107,15 @@ def shapes(judge):
     found = judge.render('"result": Newsprint(source: "in", cell: 0.1, color: false)', gray, "DisplayLinear")
     count, _ = cv2.connectedComponents((found[..., 0] < 0.5).astype("uint8"))
     cells = HEIGHT * WIDTH / (0.1 * HEIGHT) ** 2
-    print(f"Newsprint, OpenCV: {count - 1} dots in {cells:.0f} cells and those that the border cuts")
+    what = f"Newsprint, OpenCV: {count - 1} dots in {cells:.0f} cells and those that the border cuts"
+    check(what, cells <= count - 1 <= cells * 1.35)
     judge.compare("Newsprint, the mean", found.mean(axis=(0, 1))[None, None], numpy.full((1, 1, 3), 0.7), 0.01)
-    if not cells <= count - 1 <= cells * 1.35:
-        judge.failed.append("Newsprint")
 
 
-def main(program, folder, *options):
-    os.makedirs(folder, exist_ok=True)
-    os.chdir(folder)
+def main(program, *options):
     judge = Judge(program, options)
     for part in [blurs, colors, shapes]:
         part(judge)
-    if judge.failed:
-        sys.exit(f"further apart than allowed: {', '.join(judge.failed)}")
 
 
-main(*sys.argv[1:])
+start(main)

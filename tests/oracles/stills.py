@@ -1,34 +1,17 @@
 """Writes AVIF and JPEG XL files with libavif and libjxl, which `render` reads, and compares codes with those that their
 own decoders give back: stills.py PROGRAM FOLDER. The program has the features `avif` and `jxl`."""
 
-import os
-import subprocess
-import sys
-
 import imagecodecs
 import numpy
-import OpenEXR
 
-PIPELINE = """Pipeline(inputs: { "in": Color(alpha: Coverage) }, nodes: { "same": Exposure(source: "in", stops: 0.0) }, outputs: { "light": "same" })"""
+from judge import check, pipeline, render, start
+
+PIPELINE = """Pipeline(inputs: { "in": Color }, nodes: { "same": Exposure(source: "in", stops: 0.0) }, outputs: { "light": "same" })"""
 TO_XYZ = {  # ITU-R BT.709, SMPTE EG 432-1, ITU-R BT.2020
     1: [[0.412391, 0.357584, 0.180481], [0.212639, 0.715169, 0.072192], [0.019331, 0.119195, 0.950532]],
     12: [[0.486571, 0.265668, 0.198217], [0.228975, 0.691739, 0.079287], [0.0, 0.045113, 1.043944]],
     9: [[0.636958, 0.144617, 0.168881], [0.262700, 0.677998, 0.059302], [0.0, 0.028073, 1.060985]],
 }
-failed = []
-
-
-def check(what, is_right):
-    print(f"{'good' if is_right else 'WRONG'}: {what}")
-    if not is_right:
-        failed.append(what)
-
-
-def light(program, name):
-    words = [program, "render", "same.ron", name, "-o", "out.exr", "--depth=32"]
-    subprocess.run(words, check=True, capture_output=True)
-    channels = OpenEXR.File("out.exr").channels()
-    return next(iter(channels.values())).pixels.astype("f8")
 
 
 def signals(light, primaries, transfer):
@@ -61,8 +44,8 @@ def avif(program, random):
                                                    primaries=primaries, transfer=transfer, matrix=matrix)
                     with open("in.avif", "wb") as out:
                         out.write(file)
-                    theirs = imagecodecs.avif_decode(file)[..., :3].reshape(*codes.shape[:2], -1).astype("f8")
-                    ours = signals(light(program, "in.avif")[..., :3], primaries, transfer) * (2**bits - 1)
+                    theirs = numpy.atleast_3d(imagecodecs.avif_decode(file))[..., :3].astype("f8")
+                    ours = signals(render(program, "same.ron", "in.avif"), primaries, transfer) * (2**bits - 1)
                     error = numpy.abs(ours - theirs).max()
                     check(f"AVIF of {bits} bits, {layout}, {primaries}/{transfer}/{matrix}, {size}: {error:.2f} codes", error < 2.1)
 
@@ -73,21 +56,16 @@ def jxl(program, random):
         file = imagecodecs.jpegxl_encode(codes, lossless=True)
         with open("in.jxl", "wb") as out:
             out.write(file)
-        ours = signals(light(program, "in.jxl")[..., :3], 1, 13) * (2**bits - 1)
+        ours = signals(render(program, "same.ron", "in.jxl"), 1, 13) * (2**bits - 1)
         error = numpy.abs(ours - imagecodecs.jpegxl_decode(file)).max() / 2 ** (bits - 8)
         check(f"JPEG XL of {bits} bits: {error:.3f} codes of 8 bits", error < 0.02)
 
 
-def main(program, folder):
-    os.makedirs(folder, exist_ok=True)
-    os.chdir(folder)
-    with open("same.ron", "w") as file:
-        file.write(PIPELINE)
+def main(program):
+    pipeline("same.ron", PIPELINE)
     random = numpy.random.default_rng(1)
     avif(program, random)
     jxl(program, random)
-    if failed:
-        sys.exit(f"{len(failed)} wrong")
 
 
-main(*sys.argv[1:])
+start(main)

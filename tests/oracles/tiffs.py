@@ -1,24 +1,18 @@
 """Writes TIFFs of many layouts with tifffile, which `render` reads, and reads what `render` writes with tifffile:
 tiffs.py PROGRAM FOLDER"""
 
-import os
 import subprocess
-import sys
 
+import av
 import numpy
 import OpenEXR
 import tifffile
 
+from judge import check, pipeline, run, start, write
+
 PIPELINE = """Pipeline(inputs: { "in": Color }, nodes: { "same": Exposure(source: "in", stops: 0.0),
     "shown": ToneMap(source: "same"), "display": Encode(source: "shown", transfer: Srgb) },
     outputs: { "light": "same", "display": "display" })"""
-failed = []
-
-
-def check(what, is_right):
-    print(f"{'good' if is_right else 'WRONG'}: {what}")
-    if not is_right:
-        failed.append(what)
 
 
 def light(codes, last):
@@ -26,11 +20,8 @@ def light(codes, last):
     return numpy.where(signal <= 0.04045, signal / 12.92, ((signal + 0.055) / 1.055) ** 2.4)
 
 
-def main(program, folder):
-    os.makedirs(folder, exist_ok=True)
-    os.chdir(folder)
-    with open("same.ron", "w") as file:
-        file.write(PIPELINE)
+def main(program):
+    pipeline("same.ron", PIPELINE)
     random = numpy.random.default_rng(1)
     for number, last in [("uint8", 255), ("uint16", 65535), ("float16", None), ("float32", None)]:
         values = random.random((75, 130, 3))
@@ -50,24 +41,21 @@ def main(program, folder):
             found = OpenEXR.File("out.exr").channels()["RGBA"].pixels[..., :3]
             expected = light(pixels, last) if last else pixels.astype("float64")
             check(f"{number} {options}", numpy.abs(found - expected).max() < (1e-3 if number == "uint8" else 1e-5 if last else 1e-6))
-    pixels = numpy.concatenate([random.random((75, 130, 3)) * 4, numpy.ones((75, 130, 1))], -1).astype("float32")
-    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGBA": pixels}).write("in.exr")
+    pixels = (random.random((75, 130, 3)) * 4).astype("float32")
+    write("in.exr", pixels)
     for depth, number in [(8, "uint8"), (16, "uint16"), (32, "float32")]:
         words = [program, "render", "same.ron", "in.exr", "-o", "out.tif", f"--depth={depth}", "--no-dither"]
-        subprocess.run(words, check=True, capture_output=True)
+        run(*words)
         with tifffile.TiffFile("out.tif") as file:
             found, page = file.asarray(), file.pages[0]
         check(f"written with {depth} bits: {found.dtype} {found.shape}, profile of {page.tags[34675].count} bytes", found.dtype == number and found.shape[:2] == (75, 130))
         if depth == 32:
-            check("floats as they are", numpy.array_equal(found[..., :3], pixels[..., :3]))
+            check("floats as they are", numpy.array_equal(found[..., :3], pixels))
         else:
-            subprocess.run(words[:5] + ["out.png", *words[6:]], check=True, capture_output=True)
-            import av
+            run(*words[:5], "out.png", *words[6:])
             with av.open("out.png") as png:
                 frame = next(png.decode(video=0)).to_ndarray(format="rgb24" if depth == 8 else "rgb48le")
             check(f"codes of the PNG of {depth} bits", numpy.array_equal(found[..., :3], frame))
-    if failed:
-        sys.exit(f"{len(failed)} wrong")
 
 
-main(*sys.argv[1:])
+start(main)

@@ -170,3 +170,65 @@ fn a_snapshot_is_captured_and_an_image_without_copies_is_an_error() {
     let error = post.capture(&gpu, &frame, &folder.0).unwrap_err().to_string();
     assert!(error.contains("`scene`") && error.contains("`COPY_SRC`"), "{error}");
 }
+
+/// A picture and a mask of 8 bits, in formats that no image of a plan has.
+#[test]
+#[cfg_attr(any(no_gpu, windows), ignore = "AFTERIMAGE_NO_GPU is set, or there is no shell")]
+fn images_of_8_bits_are_captured_as_shaders_read_them() {
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, R8Unorm, Rg8Unorm, Rgba8UnormSrgb};
+    const PIPELINE: &str = r#"Pipeline(
+        inputs: { "scene": Color, "mask": Mask },
+        nodes: { "gray": Saturation(source: "scene", amount: 0.0), "within": Mix(source: "scene", other: "gray", mask: "mask") },
+        outputs: { "light": "within" },
+    )"#;
+    let gpu = gpu();
+    let view = |format: wgpu::TextureFormat, texel: &[u8]| {
+        let size = wgpu::Extent3d { width: 7, height: 3, depth_or_array_layers: 1 };
+        let usage =
+            wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("8 bits"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        });
+        let bytes_per_row = Some(7 * texel.len() as u32);
+        let layout = wgpu::TexelCopyBufferLayout { bytes_per_row, ..Default::default() };
+        gpu.queue.write_texture(texture.as_image_copy(), &texel.repeat(21), layout, size);
+        texture.create_view(&Default::default())
+    };
+    // The sRGB codes 13 and 188 are 0.004024 and 0.502886 of light (IEC 61966-2-1).
+    for (color, [red, green]) in [
+        (view(Bgra8UnormSrgb, &[0, 188, 13, 255]), [0.004_024, 0.502_886]),
+        (view(Rgba8UnormSrgb, &[13, 188, 0, 255]), [0.004_024, 0.502_886]),
+        (view(Bgra8Unorm, &[0, 51, 102, 255]), [0.4, 0.2]),
+        (view(Rg8Unorm, &[102, 51]), [0.4, 0.2]),
+    ] {
+        let folder = Folder::new("captured-8-bits");
+        let file = folder.write("mask.ron", PIPELINE);
+        let mut post = Post::open(&gpu, Source::from(&file)).unwrap_or_else(|error| panic!("{error}"));
+        let mask = view(R8Unorm, &[51]);
+        let inputs = &[("scene", &color), ("mask", &mask)];
+        let frame = Frame { inputs, kind: FrameKind::Cut, ..Frame::default() };
+        render(&gpu, &mut post, &frame);
+        let texels = download(&gpu.device, &gpu.queue, color.texture()).unwrap().to_floats();
+        for (found, wanted) in texels[20].into_iter().zip([red, green, 0.0, 1.0]) {
+            assert!((found - wanted).abs() < 1e-6, "{:?}: {found} instead of {wanted}", color.texture().format());
+        }
+        let capture = folder.0.join("capture");
+        post.capture(&gpu, &frame, &capture).unwrap_or_else(|error| panic!("{error}"));
+        replay(&capture, &["--depth", "32"]);
+        let file = afterimage_media::read(&afterimage_media::Source::file(capture.join("light.exr"))).unwrap();
+        let rendered = download(&gpu.device, &gpu.queue, post.output("light").unwrap()).unwrap().to_floats();
+        let luminance = 0.2126 * red + 0.7152 * green;
+        for (left, right) in rendered.iter().zip(file.pixels.to_f32().as_chunks::<4>().0) {
+            // A fifth of the way to gray, in half floats.
+            assert!((left[0] - (red + 0.2 * (luminance - red))).abs() < 1e-3, "{left:?}");
+            assert!(left.iter().zip(right).all(|(a, b)| (a - b).abs() < 1e-3), "{left:?} {right:?}");
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Transfers of image sequences between the host and textures. Staging buffers are created once: allocating tens of
 //! megabytes of pinned memory for each frame costs more than copying them.
 
+use afterimage_base::color::Transfer;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use crate::buffer::buffer;
@@ -182,25 +183,34 @@ impl Readback {
         padded_bytes(desc).min(self.piece.max(pitch))
     }
 
-    /// The texels of a texture, those of `Depth32Float` as `R32Float`. Waits for the GPU. A texture that is larger than
-    /// a buffer may be is read in pieces.
+    /// The texels of a texture, those of `Depth32Float` as `R32Float`. Formats of 8 bits that no image of a plan has,
+    /// such as those of windows, become `Rgba32Float`, with the numbers that shaders read: sRGB is decoded. Waits for
+    /// the GPU. A texture that is larger than a buffer may be is read in pieces.
     ///
     /// # Errors
-    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`],
-    /// [`GpuError::OutOfMemory`], [`GpuError::TimedOut`].
+    /// [`GpuError::Format`] for a texture in another format, [`GpuError::DeviceLost`], [`GpuError::OutOfMemory`],
+    /// [`GpuError::TimedOut`].
     pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
         // Depth is copied as the floats that it is.
         let stored = match texture.format() {
             wgpu::TextureFormat::Depth32Float => wgpu::TextureFormat::R32Float,
             format => format,
         };
-        let format = format_to_read(stored)?;
+        let channels = channels_of_8_bits(stored);
+        let (format, texel) = match channels {
+            Some(channels) => (Format::Rgba32Float, channels.len()),
+            None => format_to_read(stored).map(|format| (format, format.bytes() as usize))?,
+        };
         let size = Size::volume(texture.width(), texture.height(), texture.depth_or_array_layers());
-        let (row, pitch) = row_and_pitch(size, format);
+        let row = size.width as usize * texel;
+        let pitch = pitch_of(row);
         let mut bytes = Vec::with_capacity(row * rows(size));
         for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
             let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
             self.read(part, extent, row, pitch, &mut bytes)?;
+        }
+        if let Some(channels) = channels {
+            bytes = floats_of_codes(&bytes, channels, stored.is_srgb());
         }
         let volume = texture.dimension() == wgpu::TextureDimension::D3;
         Ok(Texels { desc: ImageDesc { volume, ..ImageDesc::new(size).format(format) }, bytes })
@@ -331,6 +341,30 @@ fn format_to_read(format: wgpu::TextureFormat) -> Result<Format, GpuError> {
     same.ok_or_else(|| GpuError::Format { what: format!("reading {format:?} back") })
 }
 
+/// The places of red, green, blue and alpha in texels of 8 bits that no image of a plan has.
+fn channels_of_8_bits(format: wgpu::TextureFormat) -> Option<&'static [usize]> {
+    match format {
+        wgpu::TextureFormat::R8Unorm => Some(&[0]),
+        wgpu::TextureFormat::Rg8Unorm => Some(&[0, 1]),
+        wgpu::TextureFormat::Rgba8UnormSrgb => Some(&[0, 1, 2, 3]),
+        wgpu::TextureFormat::Bgra8Unorm | wgpu::TextureFormat::Bgra8UnormSrgb => Some(&[2, 1, 0, 3]),
+        _ => None,
+    }
+}
+
+/// Texels of `Rgba32Float` for such codes.
+fn floats_of_codes(codes: &[u8], channels: &[usize], is_srgb: bool) -> Vec<u8> {
+    let transfer = if is_srgb { Transfer::Srgb } else { Transfer::Linear };
+    let color = |code: u8| transfer.to_light(f64::from(code) / 255.0) as f32;
+    let mut floats: Vec<f32> = Vec::with_capacity(codes.len() / channels.len() * 4);
+    for texel in codes.chunks_exact(channels.len()) {
+        let code = |at: usize| channels.get(at).map(|place| texel[*place]);
+        floats.extend([0, 1, 2].map(|at| code(at).map_or(0.0, color)));
+        floats.push(code(3).map_or(1.0, |alpha| f32::from(alpha) / 255.0));
+    }
+    bytemuck::cast_slice(&floats).to_vec()
+}
+
 /// Bytes of an image whose rows are padded for copies.
 fn padded_bytes(desc: &ImageDesc) -> u64 {
     (row_and_pitch(desc.size, desc.format).1 * rows(desc.size)) as u64
@@ -366,7 +400,11 @@ pub(crate) fn read_mapped<T>(
 /// Bytes of a row of texels, and the aligned distance between rows in a buffer.
 fn row_and_pitch(size: Size, format: Format) -> (usize, usize) {
     let row = size.width as usize * format.bytes() as usize;
-    (row, row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize))
+    (row, pitch_of(row))
+}
+
+fn pitch_of(row: usize) -> usize {
+    row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize)
 }
 
 fn rows(size: Size) -> usize {
