@@ -10,6 +10,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::LabError;
 use afterimage_lab::measure::{PictureErrors, ShownOutput};
+use afterimage_media::sequence::split_layer;
 use afterimage_view::{Desktop, MeasuredPicture, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
@@ -65,9 +66,7 @@ pub(crate) fn put_in_order(args: &mut ViewArgs) {
     let Some(pipeline) = &mut args.pipeline else { return };
     built_in::put_in_order(pipeline, &mut args.input);
     let name = pipeline.to_string_lossy().into_owned();
-    // A layer stands after `#`.
-    let file = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
-    let is_image = [&*name, file].iter().any(|name| is_image_name(Path::new(&name.to_lowercase())));
+    let is_image = is_image_name(Path::new(split_layer(&name).0));
     if args.input.is_none() && is_image && !is_pipeline(pipeline) {
         (args.pipeline, args.input) = (None, Some(name));
     }

@@ -280,7 +280,7 @@ impl Shown {
             self.ui.viewer.tell(&self.ui.ctx().clone(), format!("No dialog is opened: {error}"));
         }
         match self.dialogs.take() {
-            Some((FileRequest::Input(input), Some(path))) => self.ui.open_file(&path, Some(&input)),
+            Some((FileRequest::Input { name, .. }, Some(path))) => self.ui.open_file(&path, Some(&name)),
             Some((FileRequest::Pipeline, Some(path))) => self.ui.open_file(&path, None),
             Some((_, None)) => {
                 self.ui.viewer.tell(&self.ui.ctx().clone(), "No file was chosen. Files can be dropped, too.")

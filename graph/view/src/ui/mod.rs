@@ -234,8 +234,7 @@ impl Viewer {
 
     /// A file that the user wants to choose, for the shell to ask.
     pub fn take_file_request(&mut self) -> Option<FileRequest> {
-        let of_input = || self.inputs.asked_file.take().map(FileRequest::Input);
-        self.file_request.take().or_else(of_input)
+        self.file_request.take().or_else(|| self.inputs.asked_file.take())
     }
 
     /// True while the user is asked something.
