@@ -3,6 +3,7 @@
 mod arrangement;
 mod controls;
 mod cost;
+mod curves;
 mod export;
 mod graph;
 mod help;
