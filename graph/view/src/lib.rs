@@ -26,7 +26,7 @@ pub use monotone::monotone;
 pub use problem::Problem;
 pub use ui::{
     Comparison, ExportKind, Exported, FileRequest, MakeProject, MeasureDifference, MeasuredPicture, NewFiles,
-    PictureView, Subject, Tab, Tabs, Viewer,
+    PictureView, RecentFiles, Subject, Tab, Tabs, Viewer,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use ui_renderer::{FrameTarget, OpenFile, Opened, UiRenderer};

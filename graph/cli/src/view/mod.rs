@@ -2,6 +2,7 @@
 
 mod open;
 mod project;
+mod recent;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use crate::files::{Files, is_image_name, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments};
 use crate::render::check_input_names;
 use open::Opener;
+use recent::recent_files;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";
@@ -45,6 +47,7 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         }),
         open: Box::new(move |path| opener.open(path)),
         measure: Arc::new(|reference, shown| difference(reference, shown).map_err(|error| error.to_string())),
+        recent: recent_files(),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,
     };

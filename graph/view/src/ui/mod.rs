@@ -17,6 +17,7 @@ pub(crate) mod new_file;
 mod parameters;
 mod picture;
 mod pixel_inspector;
+mod recent;
 mod save_dialogs;
 mod scopes;
 mod selection;
@@ -46,6 +47,8 @@ pub use new_file::{FileRequest, MakeProject, NewFiles};
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use pixel_inspector::PixelInspector;
+pub use recent::RecentFiles;
+use recent::RecentMenu;
 use save_dialogs::{Pending, SaveDialogs};
 use scopes::ScopePanel;
 pub use tabs::{Tab, Tabs};
@@ -80,6 +83,7 @@ pub struct Viewer {
     exporter: Exporter,
     measurement: Measurement,
     save_dialogs: SaveDialogs,
+    recent: RecentMenu,
     message: Message,
 }
 
@@ -109,6 +113,7 @@ impl Viewer {
             exporter: Exporter::default(),
             measurement: Measurement::default(),
             save_dialogs: SaveDialogs::new(new_files),
+            recent: RecentMenu::default(),
             message: Message::default(),
         }
     }
@@ -116,6 +121,11 @@ impl Viewer {
     /// Lets comparisons be measured.
     pub fn measure_by(&mut self, measure: MeasureDifference) {
         self.measurement.measure = Some(measure);
+    }
+
+    /// Lists the pipelines that were opened last.
+    pub fn list_recent_by(&mut self, files: RecentFiles) {
+        self.recent.files = Some(files);
     }
 
     /// Draws into targets of another format from now on, or on another device.
@@ -180,6 +190,7 @@ impl Viewer {
 
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
+        self.recent.follow(&self.model);
         if !self.is_bare {
             self.panels(ui);
         }
@@ -228,9 +239,10 @@ impl Viewer {
         }
     }
 
-    /// The path that the user has named for an input, for the shell to open.
-    pub fn take_named_file(&mut self) -> Option<(String, PathBuf)> {
-        self.inputs.named.take()
+    /// The path that the user has named for an input, or that of a pipeline, for the shell to open.
+    pub fn take_named_file(&mut self) -> Option<(Option<String>, PathBuf)> {
+        let of_input = self.inputs.named.take().map(|(input, path)| (Some(input), path));
+        of_input.or_else(|| Some((None, self.recent.chosen.take()?)))
     }
 
     /// A file that the user wants to choose, for the shell to ask.

@@ -82,6 +82,7 @@ impl Viewer {
                 saves = ui.button("Save as…").on_hover_text("Ctrl+Shift+S: a new file").clicked();
                 ui.separator();
             }
+            self.recent.show(ui);
             ui.label(RichText::new("Built-in pipelines").color(DIM).small());
             let entries: Vec<_> =
                 afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (ui.button(*name), *name)).collect();
