@@ -44,7 +44,7 @@ impl Viewer {
         if is_taken {
             return;
         }
-        if self.snapshot_keys(ctx) {
+        if self.snapshot_keys(ctx) || self.end_white_by_key(ctx) {
             return;
         }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));

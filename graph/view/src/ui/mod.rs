@@ -26,6 +26,7 @@ mod text;
 mod text_find;
 mod theme;
 mod toolbar;
+mod white_picker;
 mod wire_bar;
 
 use std::path::PathBuf;
@@ -53,6 +54,7 @@ use save_dialogs::{Pending, SaveDialogs};
 use scopes::ScopePanel;
 pub use tabs::{Tab, Tabs};
 use text::TextPanel;
+use white_picker::WhitePicker;
 
 /// The viewer: a model and the panels that show it.
 pub struct Viewer {
@@ -76,6 +78,7 @@ pub struct Viewer {
     text: TextPanel,
     scopes: ScopePanel,
     pixel_inspector: PixelInspector,
+    white_picker: WhitePicker,
     /// The shown image is another one than the scopes have sampled.
     is_sample_due: bool,
     /// A file that the user wants to choose.
@@ -108,6 +111,7 @@ impl Viewer {
             text: TextPanel::default(),
             scopes: ScopePanel::new(&gpu.device),
             pixel_inspector: PixelInspector::default(),
+            white_picker: WhitePicker::default(),
             is_sample_due: true,
             file_request: None,
             exporter: Exporter::default(),
@@ -133,6 +137,7 @@ impl Viewer {
         self.scopes.rebuild(&self.model.gpu().device);
         self.is_sample_due = true;
         (self.pixel_inspector, self.exporter) = (PixelInspector::default(), Exporter::default());
+        self.white_picker = WhitePicker::default();
         self.painter = Painter::new(self.model.gpu(), target);
     }
 
@@ -147,7 +152,8 @@ impl Viewer {
             return Rendered::Later;
         }
         self.model.follow_files(self.text.typed());
-        self.model.inspect_pixels(self.inspects_pixels);
+        let is_white_chosen = self.picture.picks.is_some() || self.white_picker.is_reading();
+        self.model.inspect_pixels(self.inspects_pixels || is_white_chosen);
         let rendered = self.model.render(encoder, elapsed);
         self.tabs.follow_problem(self.model.problem().is_some());
         self.is_sample_due |= rendered == Rendered::New;
@@ -157,8 +163,9 @@ impl Viewer {
         rendered
     }
 
-    /// Records the copies for the scopes and the pixel inspector.
+    /// Records the copies for the scopes, the pixel inspector, the white picker and the search for NaN.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.white_picker.record(&self.model, encoder);
         let Some(subject) = Subject::of(&self.model) else { return self.scopes.forget() };
         if self.is_sample_due {
             let is_sampled = self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
@@ -178,6 +185,9 @@ impl Viewer {
         let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
         let is_linear = Subject::of(&self.model).is_some_and(|subject| subject.is_linear_color());
         self.scopes.take(ctx, is_linear);
+        if let Some(message) = self.white_picker.finish(&mut self.model) {
+            self.tell(ctx, message);
+        }
         self.cost.take(&self.model, own_ms);
         if let Err(why) = self.exporter.finish() {
             self.tell(ctx, format!("Nothing is exported: {why}"));
@@ -198,6 +208,7 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
+        self.take_white();
         self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
@@ -371,6 +382,9 @@ impl Viewer {
         if chosen.is_some() {
             self.graph.select(chosen);
             self.follow_selection();
+        }
+        if let Some(node) = self.parameters.balanced.take() {
+            self.begin_white(node);
         }
     }
 

@@ -9,7 +9,7 @@ use super::curves::{PointChange, curves, plot};
 use super::graph::wire_name;
 use super::text::note_errors;
 use super::theme::{ACCENT, DIM};
-use crate::model::{Model, Target};
+use crate::model::{Model, Target, balances_white};
 
 #[derive(Default)]
 pub(super) struct Parameters {
@@ -18,6 +18,8 @@ pub(super) struct Parameters {
     only_changed: bool,
     /// The node to which the panel goes.
     goal: Option<String>,
+    /// The node for which the user wants to choose what is gray.
+    pub(super) balanced: Option<String>,
 }
 
 /// An action of the user in the panel.
@@ -26,6 +28,8 @@ enum PanelAction {
     Release,
     /// A node is selected.
     Select(String),
+    /// What a node makes gray is to be chosen in the picture.
+    Balance(String),
 }
 
 impl Parameters {
@@ -75,6 +79,7 @@ impl Parameters {
                     PanelAction::Set(target, value) => model.set(&target, value),
                     PanelAction::Release => model.release(),
                     PanelAction::Select(node) => chosen = Some(node),
+                    PanelAction::Balance(node) => self.balanced = Some(node),
                 }
             }
         });
@@ -222,6 +227,12 @@ fn header(ui: &mut Ui, model: &Model, (node, is_selected): (&GraphNode, bool), a
         actions.push(PanelAction::Select(node.name.clone()));
     }
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
+    if balances_white(node) {
+        let button = ui.small_button("pick gray");
+        if button.on_hover_text("A click on what should be gray in the picture sets the light").clicked() {
+            actions.push(PanelAction::Balance(node.name.clone()));
+        }
+    }
     if let Some(why) = model.skip_reason(&node.name) {
         ui.label(RichText::new("skipped").color(ACCENT).small()).on_hover_text(why);
     }
