@@ -5,6 +5,7 @@ mod controls;
 mod cost;
 mod curves;
 mod export;
+mod fault_search;
 mod graph;
 mod help;
 mod inputs;
@@ -39,6 +40,7 @@ use crate::render::Painter;
 use cost::CostPanel;
 use export::Exporter;
 pub use export::{ExportKind, Exported};
+use fault_search::FaultSearch;
 use graph::GraphPanel;
 use inputs::{InputPanel, give};
 use measurement::Measurement;
@@ -78,6 +80,7 @@ pub struct Viewer {
     text: TextPanel,
     scopes: ScopePanel,
     pixel_inspector: PixelInspector,
+    fault_search: FaultSearch,
     white_picker: WhitePicker,
     /// The shown image is another one than the scopes have sampled.
     is_sample_due: bool,
@@ -111,6 +114,7 @@ impl Viewer {
             text: TextPanel::default(),
             scopes: ScopePanel::new(&gpu.device),
             pixel_inspector: PixelInspector::default(),
+            fault_search: FaultSearch::new(&gpu.device),
             white_picker: WhitePicker::default(),
             is_sample_due: true,
             file_request: None,
@@ -137,7 +141,7 @@ impl Viewer {
         self.scopes.rebuild(&self.model.gpu().device);
         self.is_sample_due = true;
         (self.pixel_inspector, self.exporter) = (PixelInspector::default(), Exporter::default());
-        self.white_picker = WhitePicker::default();
+        (self.fault_search, self.white_picker) = (FaultSearch::new(&self.model.gpu().device), WhitePicker::default());
         self.painter = Painter::new(self.model.gpu(), target);
     }
 
@@ -156,7 +160,10 @@ impl Viewer {
         self.model.inspect_pixels(self.inspects_pixels || is_white_chosen);
         let rendered = self.model.render(encoder, elapsed);
         self.tabs.follow_problem(self.model.problem().is_some());
-        self.is_sample_due |= rendered == Rendered::New;
+        if rendered == Rendered::New {
+            self.is_sample_due = true;
+            self.fault_search.begin();
+        }
         self.record_readbacks(encoder);
         self.exporter.record(encoder, &self.model, &self.picture);
         self.measurement.record(encoder, &self.model);
@@ -166,6 +173,7 @@ impl Viewer {
     /// Records the copies for the scopes, the pixel inspector, the white picker and the search for NaN.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.white_picker.record(&self.model, encoder);
+        self.fault_search.record(&self.model, &self.painter, encoder);
         let Some(subject) = Subject::of(&self.model) else { return self.scopes.forget() };
         if self.is_sample_due {
             let is_sampled = self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
@@ -185,6 +193,7 @@ impl Viewer {
         let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
         let is_linear = Subject::of(&self.model).is_some_and(|subject| subject.is_linear_color());
         self.scopes.take(ctx, is_linear);
+        self.fault_search.take();
         if let Some(message) = self.white_picker.finish(&mut self.model) {
             self.tell(ctx, message);
         }
@@ -397,7 +406,9 @@ impl Viewer {
             Tab::Text => self.show_text(ui),
             Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
-                if let Some(line) = text::messages(ui, &self.model, &self.other_problems()) {
+                if let Some(line) =
+                    text::messages(ui, &self.model, &self.other_problems(), &self.fault_search.statement())
+                {
                     self.text.go_to(line);
                     self.tabs.open = Some(Tab::Text);
                 }
@@ -414,7 +425,7 @@ impl Viewer {
                 false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
             };
             panel.resizable(true).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, &others) {
+                if let Some(line) = text::messages(ui, &self.model, &others, &self.fault_search.statement()) {
                     self.text.go_to(line);
                 }
             });
@@ -422,13 +433,18 @@ impl Viewer {
         self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
-    /// The error of the last attempt to save, and the pixels of the shown image that no image can show.
+    /// The error of the last attempt to save, and the images with NaN: the shown one, and all that were searched.
     fn other_problems(&self) -> Vec<String> {
         let nan = Some(self.scopes.nan()).filter(|count| *count > 0).map(|count| {
             let wire = self.model.inspector().wire().map_or("the picture", |wire| &*wire.wire);
             format!("{wire} has {count} pixels with NaN")
         });
-        self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).collect()
+        let elsewhere = self.fault_search.found().map(|(image, count)| format!("{image} has {count} pixels with NaN"));
+        let mut problems: Vec<String> =
+            self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).chain(elsewhere).collect();
+        // The shown image is among the others.
+        problems.dedup();
+        problems
     }
 
     fn tab_bar(&mut self, ui: &mut Ui) {
