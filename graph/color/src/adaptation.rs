@@ -68,8 +68,8 @@ pub fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
-/// The temperature and the distance from the locus, as [`white_from`] takes them, of the light under which gray has this
-/// color in linear Rec.709; `None` if no light within the limits of the temperature has it.
+/// The temperature and the distance from the locus, as [`white_from`] takes them, of the light under which gray has
+/// this color in linear Rec.709; `None` if no light within the limits of the temperature has it.
 pub fn light_of_gray(color: [f64; 3]) -> Option<(f64, f64)> {
     let seen = Chromaticities::REC709.to_xyz() * DVec3::from(color);
     let sum = seen.element_sum();
@@ -78,7 +78,7 @@ pub fn light_of_gray(color: [f64; 3]) -> Option<(f64, f64)> {
         return None;
     }
     let ahead = |mired: f64| along(1e6 / mired).dot(seen - uv(on_locus(1e6 / mired)));
-    // Equal steps in mired are about equally visible. Where the locus bends, several lights can lie across from a color.
+    // Equal steps in mired are about equally visible. Where the locus bends, several lights lie across from a color.
     let steps = (40..600).map(f64::from).map(|mired| (mired, mired + 1.0));
     let lights = steps.filter(|(low, high)| (ahead(*low) > 0.0) != (ahead(*high) > 0.0)).map(|(low, high)| {
         let is_before = ahead(low) > 0.0;

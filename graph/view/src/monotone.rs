@@ -3,8 +3,8 @@
 /// The least distance of points in x.
 const STEP: f64 = 1.0 / 1024.0;
 
-/// The monotone cubic of Fritsch and Butland (1984) through points at `x`; straight beyond the ends. A point that is not
-/// to the right of the one before is moved there.
+/// The monotone cubic of Fritsch and Butland (1984) through points at `x`; straight beyond the ends. A point that is
+/// not to the right of the one before is moved there.
 ///
 /// # Panics
 /// There are fewer than three points.

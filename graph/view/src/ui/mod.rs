@@ -217,7 +217,7 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
-        self.take_white();
+        self.white_picker.take_click(&mut self.picture);
         self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
@@ -393,7 +393,7 @@ impl Viewer {
             self.follow_selection();
         }
         if let Some(node) = self.parameters.balanced.take() {
-            self.begin_white(node);
+            self.picture.picks = Some(node);
         }
     }
 

@@ -3,10 +3,9 @@
 use afterimage_gpu::wgpu;
 use afterimage_graph::check::Source;
 use afterimage_graph::node::Fallback;
-use egui::{Context, Key, Modifiers};
 
-use super::Viewer;
 use super::graph::wire_name;
+use super::picture::PictureView;
 use crate::model::{InspectedWire, Model};
 use crate::render::{TexelReader, TexelRequest};
 
@@ -27,8 +26,11 @@ impl WhitePicker {
         self.picked.is_some()
     }
 
-    pub(super) fn pick(&mut self, node: String, place: [f32; 2]) {
-        self.picked = Some((node, place));
+    /// Takes the click that chose a place, and ends the choice.
+    pub(super) fn take_click(&mut self, picture: &mut PictureView) {
+        if let Some(place) = picture.picked.take() {
+            self.picked = picture.picks.take().map(|node| (node, place));
+        }
     }
 
     /// Records copies of the colors at the place, once all images are stored.
@@ -78,28 +80,5 @@ fn source_image(model: &Model, node: &str) -> Option<wgpu::Texture> {
         let Fallback::Input(input) = &node.kind().outputs()[output].fallback else { return None };
         let read = node.kind().inputs().iter().position(|port| *port.name == **input)?;
         source = node.wires[read]?;
-    }
-}
-
-impl Viewer {
-    /// Lets a click in the picture choose what a node makes gray.
-    pub(super) fn begin_white(&mut self, node: String) {
-        self.picture.picks = Some(node);
-    }
-
-    /// Esc ends the choice. Returns true if there was one.
-    pub(super) fn end_white_by_key(&mut self, ctx: &Context) -> bool {
-        self.picture.picks.is_some()
-            && ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
-            && self.picture.picks.take().is_some()
-    }
-
-    /// Takes a click that chose a place.
-    pub(super) fn take_white(&mut self) {
-        if let Some(place) = self.picture.picked.take()
-            && let Some(node) = self.picture.picks.take()
-        {
-            self.white_picker.pick(node, place);
-        }
     }
 }
