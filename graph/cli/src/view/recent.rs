@@ -8,7 +8,7 @@ use afterimage_view::RecentFiles;
 use crate::device::cache_folder;
 
 /// The number of pipelines that are listed.
-const COUNT: usize = 10;
+const COUNT: usize = 5;
 /// The most bytes that a list may have.
 const MAX_BYTES: u64 = 1 << 16;
 
