@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_media::{read_text, write_atomic};
+use afterimage_media::{read_text, rewrite};
 use afterimage_view::RecentFiles;
 
 use crate::device::cache_folder;
@@ -36,7 +36,7 @@ fn listed_in(list: PathBuf) -> RecentFiles {
             let lines: String = recent.iter().map(|path| format!("{}\n", path.display())).collect();
             // A list that cannot be stored is missed by nobody else.
             let _ = list.parent().map(std::fs::create_dir_all);
-            let _ = write_atomic(&list, lines.as_bytes());
+            let _ = rewrite(&list, lines.as_bytes());
         }
         recent.retain(|path| path.is_file());
         recent

@@ -87,7 +87,7 @@ pub(super) fn plot(ui: &mut Ui, curve: &Curve, points: &[[f64; 2]]) -> Option<Po
         let [x, y] = points[shown];
         let text = format!("{x:.3} to {y:.3}");
         let font = egui::FontId::proportional(11.0);
-        ui.painter().text(area.right_top(), egui::Align2::RIGHT_TOP, text, font, Color32::from_gray(0xb0));
+        ui.painter().text(area.right_bottom(), egui::Align2::RIGHT_BOTTOM, text, font, Color32::from_gray(0xb0));
     }
     if let Some(point) = hovered.filter(|_| response.double_clicked()) {
         return Some(PointChange { point, change: None });
