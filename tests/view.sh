@@ -20,6 +20,8 @@ Xvfb $display -screen 0 3840x2160x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${viewer:-} 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
 export DISPLAY=$display
+# The list of pipelines that were opened before is that of the user otherwise.
+export XDG_CACHE_HOME=$work/cache
 # A window that opens while openbox starts is never shown.
 openbox >/dev/null 2>&1 &
 sleep 3
@@ -61,11 +63,25 @@ Pipeline(
 )
 RON
 cp look.ron first.ron
+cat >grade.ron <<'RON'
+Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene"),
+        "balance": WhiteBalance(source: "exposed"),
+        "mapped": ToneMap(source: "balance", curve: AcesNarkowicz),
+        "bent": Curves(source: "mapped"),
+        "display": Encode(source: "bent", transfer: Srgb),
+    },
+    outputs: { "display": "display" },
+)
+RON
 "$program" check look.ron >/dev/null
 
 # Places in a window of 1280x720, for `click` and `drag`. The graph is another one after each edit.
 more_of_scene=(236 93) path_of_depth=(165 117) more_of_camera=(236 141) picture=(700 250)
 strength=(185 192 215 192) weaker=(215 192 130 192)
+pick=(212 175) wall=(400 340) bent=(770 624) curve=(156 247 156 210) menu=(44 12) before=(50 112)
 rewire=(939 636 455 633) wire=(796 681) node=(700 661) output=(571 638)
 
 fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
@@ -120,6 +136,8 @@ apart() {
 }
 near() { awk "BEGIN { exit !($(apart "$1" "$2") < 0.7) }" || fail "$1 and $2 are $(apart "$1" "$2") codes apart"; }
 far() { awk "BEGIN { exit !($(apart "$1" "$2") > 1.5) }" || fail "$1 and $2 are only $(apart "$1" "$2") codes apart"; }
+# Ends a window without changes.
+close_window() { key ctrl+q; wait $viewer || fail "it ends with $?"; viewer=; window=; }
 # Saves. Whether the file has a text, and otherwise differs from another one by so many lines.
 saved_with() {
     key ctrl+s; settle 2
@@ -252,7 +270,26 @@ top
 drag "${strength[@]}"
 key ctrl+q; alive "Ctrl+Q with changes"
 shot question
-key Escape; key ctrl+z; key ctrl+q
-wait $viewer || fail "it ends with $?"
-viewer=
+key Escape; key ctrl+z; close_window
+
+echo "what is gray is picked, and a point of a curve is dragged"
+open_window 1280x720 1 grade.ron photo.exr
+opened grade
+click "${pick[@]}"; shot picking
+click "${wall[@]}"
+shot picked; far grade picked
+click "${bent[@]}"; settle
+drag "${curve[@]}"
+shot bent; far picked bent
+key ctrl+s; settle
+for change in 'mode: Temperature' 'temperature: ' 'luminance_middle: ('; do
+    grep -qF "$change" grade.ron || fail "grade.ron has no $change"
+done
+"$program" check grade.ron >/dev/null
+
+echo "a pipeline that was opened before is opened again"
+click "${menu[@]}"; shot menu
+click "${before[@]}"; settle
+[[ $(title) == second.ron* ]] || fail "the title is $(title)"
+close_window
 echo "all is well"

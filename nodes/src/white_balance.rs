@@ -4,12 +4,17 @@ use afterimage_graph::color::Xy;
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use afterimage_color::adaptation::{Cones, MIN_TARGET, rows, white_from, white_to};
+use afterimage_color::adaptation::{Cones, MIN_TARGET, light_of_gray, rows, white_from, white_to};
 
 static SHADER: Shader = shader!("white_balance");
 
 /// The temperature of D65 itself: the daylight formula at 6504 K differs by some 1e-4.
 const NEUTRAL_KELVIN: f32 = 6500.0;
+
+/// The largest `tint`.
+const MAX_TINT: f64 = 0.05;
+/// The channels of gray may differ by this part in an image of 16 bits.
+const GRAY_SPREAD: f64 = 1e-3;
 
 choices! {
     /// The meaning of the parameters.
@@ -55,6 +60,19 @@ node_kind! {
 impl Node for WhiteBalance {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()
+    }
+
+    fn values_for_gray(&self, color: [f64; 3]) -> Option<Vec<(&'static str, Value)>> {
+        let is_near = |channel: &f64| (channel / color[1] - 1.0).abs() <= GRAY_SPREAD;
+        let is_gray = color[1] > 0.0 && color.iter().all(is_near);
+        let (kelvin, duv) = if is_gray { (NEUTRAL_KELVIN.into(), 0.0) } else { light_of_gray(color)? };
+        // As many digits as keep gray within 16 bits.
+        let (kelvin, duv) = ((kelvin * 10.0).round() / 10.0, (duv * 1e5).round() / 1e5);
+        let kelvin = kelvin.clamp(1667.0, 25000.0);
+        (duv.abs() <= MAX_TINT).then(|| {
+            let mode = Value::Choice(WhiteBalanceMode::Temperature.name());
+            vec![("mode", mode), ("temperature", Value::Float(kelvin)), ("tint", Value::Float(duv))]
+        })
     }
 
     fn color(&self) -> ColorChange {

@@ -5,7 +5,7 @@ use std::path::Path;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, TypedKind};
-use afterimage_media::{CameraMatrices, Source, read_camera, read_text};
+use afterimage_media::{CameraMatrices, ImageFormat, Source, read_camera, read_text};
 use afterimage_nodes::DemoScene;
 use serde::Deserialize;
 
@@ -30,7 +30,7 @@ impl CameraFile {
     /// Reads a JSON file, or the camera that an EXR file states.
     pub(crate) fn read(source: &Source) -> Result<Self, Failure> {
         let path = &source.path;
-        let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let is_exr = ImageFormat::of_name(path) == Some(ImageFormat::Exr);
         let file = if is_exr { Self::from(read_camera(source)?) } else { Self::read_json(path)? };
         file.data(None).map_err(|why| Failure::unreadable(format!("{}: this is no camera: {why}", path.display())))?;
         Ok(file)

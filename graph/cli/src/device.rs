@@ -49,7 +49,7 @@ pub(crate) fn keep_pipelines(session: &mut Session) {
 }
 
 /// The folder of the cache: `$XDG_CACHE_HOME/afterimage`, or the system's folder for caches.
-fn folder() -> Option<PathBuf> {
+pub(crate) fn cache_folder() -> Option<PathBuf> {
     let from = |variable: &str| std::env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
     let base =
         from("XDG_CACHE_HOME").or_else(|| from("LOCALAPPDATA")).or_else(|| Some(from("HOME")?.join(".cache")))?;
@@ -68,7 +68,7 @@ fn file_name(key: &str) -> String {
 }
 
 fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
-    Some(folder()?.join(format!("{}.pipelines", file_name(&key(gpu)))))
+    Some(cache_folder()?.join(format!("{}.pipelines", file_name(&key(gpu)))))
 }
 
 /// The driver's pipelines of earlier runs; empty if there are none.

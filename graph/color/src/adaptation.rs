@@ -4,6 +4,8 @@ use afterimage_graph::color::{self, Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::bisection::bisected;
+
 /// Luminance weights of linear Rec.709.
 pub const LUMINANCE: DVec3 = DVec3::from_array(color::LUMINANCE_REC709);
 
@@ -66,6 +68,26 @@ pub fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
+/// The temperature and the distance from the locus, as [`white_from`] takes them, of the light under which gray has
+/// this color in linear Rec.709; `None` if no light within the limits of the temperature has it.
+pub fn light_of_gray(color: [f64; 3]) -> Option<(f64, f64)> {
+    let seen = Chromaticities::REC709.to_xyz() * DVec3::from(color);
+    let sum = seen.element_sum();
+    let seen = uv(seen.truncate() / sum);
+    if !(sum > 0.0 && seen.is_finite()) {
+        return None;
+    }
+    let ahead = |mired: f64| along(1e6 / mired).dot(seen - uv(on_locus(1e6 / mired)));
+    // Equal steps in mired are about equally visible. Where the locus bends, several lights lie across from a color.
+    let steps = (40..600).map(f64::from).map(|mired| (mired, mired + 1.0));
+    let lights = steps.filter(|(low, high)| (ahead(*low) > 0.0) != (ahead(*high) > 0.0)).map(|(low, high)| {
+        let is_before = ahead(low) > 0.0;
+        let kelvin = 1e6 / bisected(low, high, |mired| (ahead(mired) > 0.0) == is_before);
+        (kelvin, across(kelvin).dot(seen - uv(on_locus(kelvin))))
+    });
+    lights.min_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
+}
+
 /// The xy of a light: a black body (Kim et al. 2002) up to 3333 K, CIE daylight (CIE 15) from 4000 K, and a smooth
 /// blend between. The limits are 1667 K and 25000 K.
 fn light(kelvin: f64, duv: f64) -> DVec2 {
@@ -73,10 +95,19 @@ fn light(kelvin: f64, duv: f64) -> DVec2 {
     if duv == 0.0 {
         return on_locus(kelvin);
     }
-    // The normal of the locus, from its slope over 0.1 % of the temperature.
+    xy(uv(on_locus(kelvin)) + duv * across(kelvin))
+}
+
+/// The direction of the locus toward higher temperatures, from its slope over 0.1 % of the temperature.
+fn along(kelvin: f64) -> DVec2 {
     let (warmer, cooler) = (uv(on_branch(kelvin, kelvin * 0.9995)), uv(on_branch(kelvin, kelvin * 1.0005)));
-    let along = (cooler - warmer).normalize();
-    xy(uv(on_locus(kelvin)) + duv * DVec2::new(along.y, -along.x))
+    (cooler - warmer).normalize()
+}
+
+/// The normal of the locus, toward green.
+fn across(kelvin: f64) -> DVec2 {
+    let along = along(kelvin);
+    DVec2::new(along.y, -along.x)
 }
 
 fn on_locus(kelvin: f64) -> DVec2 {
@@ -137,7 +168,39 @@ pub fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::light;
+    use afterimage_graph::color::Chromaticities;
+    use glam::DVec2;
+
+    use super::{light, light_of_gray, xyz};
+
+    fn seen(xy: DVec2) -> [f64; 3] {
+        (0.18 * (Chromaticities::REC709.to_xyz().inverse() * xyz(xy))).to_array()
+    }
+
+    #[test]
+    fn the_light_of_a_gray_that_is_seen_is_found() {
+        for kelvin in [1700.0, 2500.0, 3333.0, 3700.0, 4000.0, 5500.0, 7000.0, 12000.0, 24000.0] {
+            for duv in [-0.02, -0.003, 0.0, 0.01, 0.02] {
+                let (found, distance) = light_of_gray(seen(light(kelvin, duv))).expect("it is a light");
+                let off = light(found, distance).distance(light(kelvin, duv));
+                assert!(off < 1e-6, "{kelvin} K, {duv}: {found} K, {distance}, {off:.1e} apart in xy");
+            }
+        }
+        // Published in CIE 15 with their correlated temperatures.
+        for (name, x, y, kelvin) in [
+            ("A", 0.44757, 0.40745, 2856.0),
+            ("D50", 0.34567, 0.35850, 5003.0),
+            ("D65", 0.31272, 0.32903, 6504.0),
+            ("D75", 0.29902, 0.31485, 7504.0),
+        ] {
+            let (found, distance) = light_of_gray(seen(DVec2::new(x, y))).expect("it is a light");
+            assert!((found / kelvin - 1.0).abs() < 5e-3 && distance.abs() < 5e-4, "{name}: {found} K, {distance}");
+        }
+        for color in [[0.0; 3], [-1.0, 0.2, 0.1], [f64::NAN; 3], [0.0, 0.0, 1.0]] {
+            let found = light_of_gray(color);
+            assert!(found.is_none_or(|(_, distance)| distance.abs() > 0.05), "{color:?}: {found:?}");
+        }
+    }
 
     /// The largest distance in xy of two lights one kelvin apart.
     fn largest_step(duv: f64) -> f64 {

@@ -9,6 +9,7 @@ mod address;
 #[cfg(not(target_family = "wasm"))]
 mod desktop;
 mod model;
+mod monotone;
 #[cfg(all(target_family = "wasm", feature = "page"))]
 pub mod page;
 mod problem;
@@ -21,10 +22,11 @@ mod ui_renderer;
 #[cfg(not(target_family = "wasm"))]
 pub use desktop::{Desktop, Wake};
 pub use model::*;
+pub use monotone::monotone;
 pub use problem::Problem;
 pub use ui::{
     Comparison, ExportKind, Exported, FileRequest, MakeProject, MeasureDifference, MeasuredPicture, NewFiles,
-    PictureView, Subject, Tab, Tabs, Viewer,
+    PictureView, RecentFiles, Subject, Tab, Tabs, Viewer,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use ui_renderer::{FrameTarget, OpenFile, Opened, UiRenderer};

@@ -71,7 +71,7 @@ impl UiRenderer {
         let begin = Instant::now();
         input.dropped_files.iter().for_each(|file| self.open_file(file.path(), None));
         if let Some((input, path)) = self.viewer.take_named_file() {
-            self.open_file(&path, Some(&input));
+            self.open_file(&path, input.as_deref());
         }
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();

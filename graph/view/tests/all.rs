@@ -4,6 +4,7 @@
 mod comparisons;
 mod files;
 mod gestures;
+mod grading;
 mod inputs;
 mod model;
 mod screen;

@@ -1,5 +1,6 @@
 //! Snapshots, figures of differences, and what the shown image cannot show.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::support::{SIZE, Window, apart, image, model, parameter, picture, settle, texels};
@@ -102,7 +103,7 @@ fn nan_in_the_shown_wire_is_counted_and_something_is_wrong() {
     let mut window = open("lynx");
     window.ui.viewer.tabs.open = Some(Tab::Messages);
     window.frame(Vec::new());
-    assert!(window.says("Nothing is wrong."));
+    assert!(window.says("Nothing is wrong in the text and in the shown image."));
     let half = SIZE.width * SIZE.height / 2;
     let picture = move |_: &afterimage_graph::check::GraphInput, _| {
         let afterimage_view::InputData::Image(_, desc) = image([0.5; 4]) else { unreachable!("it is one") };
@@ -119,7 +120,47 @@ fn nan_in_the_shown_wire_is_counted_and_something_is_wrong() {
         let _ = crate::support::gpu().wait();
     }
     assert!(window.says(&format!("scene has {half} pixels with NaN")), "{:?}", window.texts());
-    assert!(!window.says("Nothing is wrong."));
+    assert!(!window.says("Nothing is wrong"));
+}
+
+#[test]
+fn nan_in_an_image_that_is_not_shown_is_found_while_probe_is_on() {
+    let mut window = open("lynx");
+    window.ui.viewer.tabs.open = Some(Tab::Messages);
+    window.ui.viewer.inspects_pixels = true;
+    let searched = |window: &mut Window, text: &str| {
+        for _ in 0..2000 {
+            window.frame(Vec::new());
+            let _ = crate::support::gpu().wait();
+            if window.says(text) {
+                return true;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        false
+    };
+    assert!(searched(&mut window, "images has NaN"), "{:?}", window.texts());
+    assert!(window.says("Nothing is wrong: none of "));
+    let nan = crate::support::flat("nan.exr", || Ok([0.5, f32::NAN, 0.5, 1.0]));
+    window.ui.viewer.model.set_input(None, Some(nan)).unwrap();
+    let all = SIZE.width * SIZE.height;
+    assert!(searched(&mut window, &format!("scene has {all} pixels with NaN")), "{:?}", window.texts());
+    assert!(!window.says("Nothing is wrong"));
+}
+
+#[test]
+fn a_pipeline_that_was_opened_before_is_opened_from_the_menu() {
+    let mut window = open("lynx");
+    let before = [PathBuf::from("/looks/tsushima.ron"), PathBuf::from("/looks/lynx.ron")];
+    window.ui.viewer.list_recent_by(Box::new(move |_| before.to_vec()));
+    window.frame(Vec::new());
+    let menu = window.place_of("lynx.ron ▾");
+    window.click(menu);
+    window.frame(Vec::new());
+    let entry = window.place_of("tsushima.ron");
+    window.click(entry);
+    (0..2).for_each(|_| window.frame(Vec::new()));
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "tsushima.ron");
 }
 
 #[test]
@@ -135,7 +176,7 @@ fn the_layers_of_a_file_are_listed_and_chosen() {
     let layer = window.place_of("albedo");
     window.click(layer);
     let named = window.ui.viewer.take_named_file().unwrap();
-    assert_eq!(named, ("scene".to_owned(), "all.exr#albedo".into()));
+    assert_eq!(named, (Some("scene".to_owned()), "all.exr#albedo".into()));
 }
 
 #[test]

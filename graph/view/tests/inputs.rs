@@ -107,6 +107,7 @@ fn frames_of_several_sequences_are_those_of_one_number() {
         settle(&mut model);
         assert!(model.problem().is_none(), "{:?}", model.problem());
         assert_eq!(model.images().frame_number(), Some(10 + frame));
+        assert_eq!(model.images().title(), format!("c.####.exr 150x86 frame {}", 10 + frame));
         // What is on the device is not read again: the last of these is the first.
         assert!(frame == 0 || seen.get() == wanted, "{:?} {wanted:?}", seen.get());
     }

@@ -2,6 +2,7 @@
 
 mod open;
 mod project;
+mod recent;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::LabError;
 use afterimage_lab::measure::{PictureErrors, ShownOutput};
+use afterimage_media::sequence::split_layer;
 use afterimage_view::{Desktop, MeasuredPicture, Problem, Project, TextProject};
 
 use crate::args::PipelineOptions;
@@ -20,6 +22,7 @@ use crate::files::{Files, is_image_name, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments};
 use crate::render::check_input_names;
 use open::Opener;
+use recent::recent_files;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";
@@ -44,6 +47,7 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         }),
         open: Box::new(move |path| opener.open(path)),
         measure: Arc::new(|reference, shown| difference(reference, shown).map_err(|error| error.to_string())),
+        recent: recent_files(),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
@@ -65,9 +69,7 @@ pub(crate) fn put_in_order(args: &mut ViewArgs) {
     let Some(pipeline) = &mut args.pipeline else { return };
     built_in::put_in_order(pipeline, &mut args.input);
     let name = pipeline.to_string_lossy().into_owned();
-    // A layer stands after `#`.
-    let file = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
-    let is_image = [&*name, file].iter().any(|name| is_image_name(Path::new(&name.to_lowercase())));
+    let is_image = is_image_name(Path::new(split_layer(&name).0));
     if args.input.is_none() && is_image && !is_pipeline(pipeline) {
         (args.pipeline, args.input) = (None, Some(name));
     }

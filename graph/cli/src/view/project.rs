@@ -123,6 +123,10 @@ impl Project for FileProject {
         true
     }
 
+    fn path(&self) -> Option<&Path> {
+        self.new.is_none().then_some(&self.path)
+    }
+
     fn write(&mut self, text: &str) -> Result<String, String> {
         match &self.new {
             Some(named) => write_with_files(&self.path, text, named).map_err(|failure| failure.message())?,

@@ -115,6 +115,13 @@ pub trait Node: Any + Send + Sync {
         is_averaged
     }
 
+    /// The parameters, by name, and their values at which a color at the first input leaves as gray; `None` for a kind
+    /// that balances no white, and for a color that it cannot make gray. The color is linear Rec.709.
+    fn values_for_gray(&self, color: [f64; 3]) -> Option<Vec<(&'static str, Value)>> {
+        let _ = color;
+        None
+    }
+
     /// Change of colorimetry at the present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep

@@ -122,6 +122,13 @@ impl ImageFormat {
         Self::ALL.into_iter().filter(|format| format.properties().is_readable)
     }
 
+    /// The names of the formats that this program reads, as a list in a sentence.
+    pub fn readable_names() -> String {
+        let names: Vec<&str> = Self::readable().map(Self::name).collect();
+        let (last, others) = names.split_last().expect("there are formats");
+        format!("{} and {last}", others.join(", "))
+    }
+
     /// The endings of file names, in lower case; the usual one first.
     pub fn endings(self) -> &'static [&'static str] {
         self.properties().endings
@@ -175,10 +182,8 @@ fn unknown_format(start: &[u8]) -> CodecError {
     if let Some(ForeignFormat { what, way, .. }) = ForeignFormat::of_content(start) {
         return CodecError::new(ErrorKind::Unsupported, format!("this is {what}")).hint(way);
     }
-    let names: Vec<&str> = ImageFormat::readable().map(ImageFormat::name).collect();
-    let (last, others) = names.split_last().expect("there are formats");
-    CodecError::new(ErrorKind::Unsupported, UNKNOWN)
-        .hint(format!("{} and {last} files are read; convert it to one of them", others.join(", ")))
+    let names = ImageFormat::readable_names();
+    CodecError::new(ErrorKind::Unsupported, UNKNOWN).hint(format!("{names} files are read; convert it to one of them"))
 }
 
 /// The error of contents that nobody knows.

@@ -344,7 +344,7 @@ fn placeholder(text: &str) -> Option<Placeholder> {
 
 /// Splits `shot.exr#diffuse.R` into the file and the layer. Formats without layers are split as
 /// well, so that reading them can say so.
-fn split_layer(name: &str) -> (&str, Option<String>) {
+pub fn split_layer(name: &str) -> (&str, Option<String>) {
     if Path::new(name).is_file() {
         return (name, None);
     }

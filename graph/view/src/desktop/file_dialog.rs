@@ -9,9 +9,6 @@ use winit::window::Window;
 use super::Wake;
 use crate::ui::FileRequest;
 
-/// The endings of files that inputs take.
-const ENDINGS: [&str; 6] = ["exr", "hdr", "png", "jpg", "jpeg", "json"];
-
 /// Dialogs that are open, and the files that were chosen in them.
 pub(super) struct FileDialogs {
     wake: Wake,
@@ -35,10 +32,13 @@ impl FileDialogs {
     pub(super) fn open(&self, window: &Window, request: FileRequest) -> io::Result<()> {
         let dialog = rfd::AsyncFileDialog::new().set_parent(window);
         let dialog = match &request {
-            FileRequest::Pipeline => dialog.set_title("Open a pipeline").add_filter("Pipelines", &["ron"]),
-            FileRequest::Input(name) => {
-                dialog.set_title(format!("File of the input {name}")).add_filter("Images and cameras", &ENDINGS)
+            FileRequest::Pipeline => {
+                dialog.set_title("Open a pipeline").add_filter("Pipelines", &in_both_cases(&["ron"]))
             }
+            FileRequest::Input { name, endings } => dialog
+                .set_title(format!("File of the input {name}"))
+                .add_filter("Files of this input", &in_both_cases(endings))
+                .add_filter("All files", &["*"]),
         };
         let chosen = dialog.pick_file();
         let (sender, wake) = (self.sender.clone(), self.wake.clone());
@@ -55,4 +55,9 @@ impl FileDialogs {
     pub(super) fn take(&self) -> Option<Answer> {
         self.answers.try_recv().ok()
     }
+}
+
+/// Endings in lower and in upper case, as cameras write them: dialogs tell them apart.
+fn in_both_cases(endings: &[&str]) -> Vec<String> {
+    endings.iter().flat_map(|ending| [(*ending).to_owned(), ending.to_uppercase()]).collect()
 }

@@ -20,7 +20,7 @@ use winit::window::{Window, WindowId};
 use crate::Problem;
 use crate::model::{Images, InputFile, Model, Project, Scene};
 use crate::ui::new_file::free_name;
-use crate::ui::{FileRequest, MakeProject, MeasureDifference, NewFiles};
+use crate::ui::{FileRequest, MakeProject, MeasureDifference, NewFiles, RecentFiles};
 use crate::ui_renderer::{FrameTarget, OpenFile, UiRenderer};
 use file_dialog::FileDialogs;
 use surface::Surface;
@@ -42,6 +42,8 @@ pub struct Desktop {
     pub new_file: MakeProject,
     /// Measures the difference of two pictures.
     pub measure: MeasureDifference,
+    /// Lists the pipelines that were opened last.
+    pub recent: RecentFiles,
     /// The tier to begin with.
     pub tier: Option<String>,
     pub facts: Facts,
@@ -178,6 +180,7 @@ impl Shown {
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
         let mut ui = UiRenderer::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
         ui.viewer.measure_by(desktop.measure);
+        ui.viewer.list_recent_by(desktop.recent);
         let input = egui_winit::State::new(
             ui.ctx().clone(),
             egui::ViewportId::ROOT,
@@ -280,7 +283,7 @@ impl Shown {
             self.ui.viewer.tell(&self.ui.ctx().clone(), format!("No dialog is opened: {error}"));
         }
         match self.dialogs.take() {
-            Some((FileRequest::Input(input), Some(path))) => self.ui.open_file(&path, Some(&input)),
+            Some((FileRequest::Input { name, .. }, Some(path))) => self.ui.open_file(&path, Some(&name)),
             Some((FileRequest::Pipeline, Some(path))) => self.ui.open_file(&path, None),
             Some((_, None)) => {
                 self.ui.viewer.tell(&self.ui.ctx().clone(), "No file was chosen. Files can be dropped, too.")

@@ -137,6 +137,20 @@ impl Changes {
         self.dragged = Some(target.clone());
     }
 
+    /// Sets several values in one step; `None` is the value of the text.
+    pub fn set_together(&mut self, values: Vec<(Target, Option<Value>)>) {
+        if values.iter().all(|(target, value)| self.present.values.get(target) == value.as_ref()) {
+            return;
+        }
+        self.begin_step();
+        for (target, value) in values {
+            match value {
+                Some(value) => drop(self.present.values.insert(target, value)),
+                None => drop(self.present.values.remove(&target)),
+            }
+        }
+    }
+
     /// True while a control is being dragged.
     pub fn is_dragging(&self) -> bool {
         self.dragged.is_some()

@@ -141,14 +141,15 @@ impl Images {
         }
     }
 
-    /// The name and the size of what is shown, for people.
+    /// The name and the size of what is shown, for people, and the number of the frame of a sequence.
     pub fn title(&self) -> String {
         let (name, size) = match self {
             Self::Scene(scene) => (SCENE_NAME, scene.size),
             Self::Files(files) => (files.first_name().unwrap_or("no file"), files.size()),
         };
         let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
-        format!("{name} {}x{}", size.width, size.height)
+        let frame = self.frame_number().map_or(String::new(), |number| format!(" frame {number}"));
+        format!("{name} {}x{}{frame}", size.width, size.height)
     }
 
     /// The number of the shown frame of a sequence, as its file states it.

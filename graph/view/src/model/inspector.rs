@@ -95,9 +95,18 @@ impl Inspector {
         images
     }
 
-    /// The image of the wire, once a frame has rendered it.
+    /// The image of the shown wire, once a frame has rendered it.
     pub(super) fn image(&self, frame_images: &FrameImages) -> Option<(InspectedImage, wgpu::Texture)> {
-        let InspectedWire { wire, index, .. } = self.wire.as_ref()?;
+        self.image_of(self.wire.as_ref()?, frame_images)
+    }
+
+    /// The image of a wire, once a frame has rendered it.
+    pub(super) fn image_of(
+        &self,
+        inspected: &InspectedWire,
+        frame_images: &FrameImages,
+    ) -> Option<(InspectedImage, wgpu::Texture)> {
+        let InspectedWire { wire, index, .. } = inspected;
         if let Some((_, view)) = frame_images.images.iter().find(|(name, _)| name == wire) {
             let texture = view.texture().clone();
             let desc = ImageDesc::new(Size::new(texture.width(), texture.height()));

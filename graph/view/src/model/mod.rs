@@ -13,6 +13,7 @@ mod inspector;
 mod instance;
 mod instances;
 mod project;
+mod white;
 
 use afterimage_gpu::{Gpu, GpuError, KernelFaults, wgpu};
 use afterimage_graph::check::{Fact, ParameterId};
@@ -31,6 +32,7 @@ pub(crate) use inspector::belongs;
 pub use inspector::{InspectedImage, InspectedWire, Inspector};
 pub use instance::{Moment, PipelineInstance, PlanPreset};
 pub use project::{Checked, NamedFile, Project, Store, TextProject};
+pub(crate) use white::balances_white;
 
 use crate::Problem;
 use instances::Instances;
@@ -487,6 +489,11 @@ impl Model {
     /// The image of the inspected wire, once a frame has rendered it.
     pub fn inspected_image(&self) -> Option<(InspectedImage, wgpu::Texture)> {
         self.instances.inspector.image(&self.frame_images)
+    }
+
+    /// The image of any wire, once a frame has rendered it with all images.
+    pub(crate) fn wire_image(&self, wire: &InspectedWire) -> Option<wgpu::Texture> {
+        Some(self.instances.inspector.image_of(wire, &self.frame_images)?.1)
     }
 
     /// The latest bytes of the inspected table or value: those of the shown picture itself.

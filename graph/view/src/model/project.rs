@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Checker, Graph, Loader, Saver, Source};
@@ -45,6 +46,11 @@ pub trait Project {
 
     /// True if it has a place for [`write`](Self::write). A built-in pipeline has none.
     fn has_place(&self) -> bool;
+
+    /// The file in which it is, by which it can be opened again.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
 
     /// Writes a text to the place of the pipeline, and returns that place, for people.
     ///

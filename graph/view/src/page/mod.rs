@@ -247,7 +247,7 @@ impl Page {
     }
 
     fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), Problem> {
-        if name.ends_with(".ron") {
+        if name.to_lowercase().ends_with(".ron") {
             self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }

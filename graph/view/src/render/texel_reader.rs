@@ -1,7 +1,7 @@
 //! The numbers of single texels of many images.
 
-use afterimage_gpu::{Texels, wgpu};
-use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_gpu::{Texels, texture_format, wgpu};
+use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use super::readback::Readback;
 
@@ -9,9 +9,23 @@ pub struct TexelRequest<'t> {
     /// The name of the value.
     pub name: String,
     pub texture: &'t wgpu::Texture,
-    pub desc: ImageDesc,
-    /// The slice of a volume.
-    pub slice: u32,
+    desc: ImageDesc,
+    /// In parts of the width and the height.
+    place: [f32; 2],
+}
+
+impl<'t> TexelRequest<'t> {
+    /// The texel of an image at a place, in parts of the width and the height; of a volume that of the middle slice,
+    /// because only a node knows which one belongs to a pixel. `None` for a format that no pipeline stores.
+    pub fn new(name: &str, texture: &'t wgpu::Texture, place: [f32; 2]) -> Option<Self> {
+        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format())?;
+        let size = texture.size();
+        let desc = match texture.dimension() == wgpu::TextureDimension::D3 {
+            true => ImageDesc::volume(Size::volume(size.width, size.height, size.depth_or_array_layers)),
+            false => ImageDesc::new(Size::new(size.width, size.height)),
+        };
+        Some(Self { name: name.to_owned(), texture, desc: desc.format(format), place })
+    }
 }
 
 /// A texel that has arrived.
@@ -32,21 +46,14 @@ pub struct TexelReader {
 }
 
 impl TexelReader {
-    /// Copies the texels at a place, in parts of the width and the height, unless others are still on their way.
-    /// `Rgba32Float` and the like are read as they are stored.
-    pub fn record(
-        &mut self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        place: [f32; 2],
-        texels: &[TexelRequest<'_>],
-    ) {
+    /// Copies the texels, unless others are still on their way. `Rgba32Float` and the like are read as they are stored.
+    pub fn record(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, texels: &[TexelRequest<'_>]) {
         if self.pending.is_some() || texels.is_empty() {
             return;
         }
         let readback = Readback::new(device, texels.len() as u64 * STRIDE);
         for (index, texel) in texels.iter().enumerate() {
-            copy_texel(encoder, texel, place, &readback.buffer, index as u64 * STRIDE);
+            copy_texel(encoder, texel, &readback.buffer, index as u64 * STRIDE);
         }
         let names = texels.iter().map(|texel| (texel.name.clone(), texel.desc)).collect();
         self.pending = Some((readback, names));
@@ -73,16 +80,10 @@ impl TexelReader {
     }
 }
 
-fn copy_texel(
-    encoder: &mut wgpu::CommandEncoder,
-    texel: &TexelRequest<'_>,
-    place: [f32; 2],
-    buffer: &wgpu::Buffer,
-    offset: u64,
-) {
+fn copy_texel(encoder: &mut wgpu::CommandEncoder, texel: &TexelRequest<'_>, buffer: &wgpu::Buffer, offset: u64) {
     let size = [texel.texture.width(), texel.texture.height()];
-    let [x, y] = [0, 1].map(|axis| ((place[axis] * size[axis] as f32) as u32).min(size[axis] - 1));
-    let slice = if texel.desc.volume { texel.slice.min(texel.desc.size.depth - 1) } else { 0 };
+    let [x, y] = [0, 1].map(|axis| ((texel.place[axis] * size[axis] as f32) as u32).min(size[axis] - 1));
+    let slice = if texel.desc.volume { texel.desc.size.depth / 2 } else { 0 };
     let origin = wgpu::Origin3d { x, y, z: slice };
     encoder.copy_texture_to_buffer(
         wgpu::TexelCopyTextureInfo { origin, ..texel.texture.as_image_copy() },

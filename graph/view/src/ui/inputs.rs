@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::ColorState;
+use afterimage_media::ImageFormat;
+use afterimage_media::sequence::split_layer;
 use egui::{ComboBox, Context, Id, Modal, RichText, Ui};
 
 use super::controls::line;
 use super::list_keys::choose_by_keys;
+use super::new_file::FileRequest;
 use super::theme::DIM;
 use crate::Problem;
 use crate::model::{InputFile, Model, SCENE_NAME};
@@ -18,7 +21,7 @@ pub(super) struct InputPanel {
     /// The file of an input that the user has named.
     pub(super) named: Option<(String, PathBuf)>,
     /// The input whose file the user wants to choose in a dialog.
-    pub(super) asked_file: Option<String>,
+    pub(super) asked_file: Option<FileRequest>,
     /// The input whose row is under the pointer.
     hovered: Option<String>,
     /// A dropped file that several inputs can take.
@@ -35,8 +38,10 @@ impl InputPanel {
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, has_paths: bool) {
         self.hovered = None;
         let Some(graph) = model.editor().graph().cloned().filter(|graph| !graph.inputs.is_empty()) else { return };
-        ui.label(RichText::new("Inputs").strong())
-            .on_hover_text("Drop a file on a row, or type its path: EXR, HDR, PNG or JPEG, and JSON for cameras");
+        ui.label(RichText::new("Inputs").strong()).on_hover_text(format!(
+            "Drop a file on a row, or type its path: {}, and JSON for cameras",
+            ImageFormat::readable_names()
+        ));
         for input in &graph.inputs {
             let row = ui.horizontal(|ui| self.row(ui, model, input, &graph.inputs, has_paths));
             if row.response.contains_pointer() {
@@ -65,7 +70,7 @@ impl InputPanel {
                 }
             }
             if ui.small_button("…").on_hover_text("Choose a file").clicked() {
-                self.asked_file = Some(input.name.clone());
+                self.asked_file = Some(FileRequest::Input { name: input.name.clone(), endings: endings(input) });
             }
         } else {
             ui.add(egui::Label::new(RichText::new(if is_file { shown } else { &hint }).color(DIM)).truncate());
@@ -79,10 +84,11 @@ impl InputPanel {
     /// The layers of the file of an input, if there is a choice.
     fn layers(&mut self, ui: &mut Ui, model: &Model, input: &GraphInput, inputs: &[GraphInput]) {
         let layers = model.images().layers(input, inputs);
-        let Some((path, present)) = model.images().name(input, inputs).map(with_layer) else { return };
+        let Some((path, present)) = model.images().name(input, inputs).map(split_layer) else { return };
         if layers.is_empty() {
             return;
         }
+        let present = present.as_deref();
         let mut chosen = present;
         ui.horizontal(|ui| {
             ui.add_space(94.0 + ui.spacing().item_spacing.x);
@@ -176,29 +182,28 @@ fn clear(model: &mut Model, input: &GraphInput) {
 /// The entry for the layer that a file is most likely meant to show.
 const LIKELY: &str = "the likely one";
 
-/// A path and the layer that it names.
-fn with_layer(name: &str) -> (&str, Option<&str>) {
-    let is_exr = |path: &str| path.to_lowercase().ends_with(".exr");
-    match name.rsplit_once('#') {
-        Some((path, layer)) if is_exr(path) => (path, Some(layer)),
-        _ => (name, None),
-    }
-}
-
 /// The name without its folders.
 fn short(name: &str) -> String {
     Path::new(name).file_name().map_or(name.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// True if an input can take a file, by its ending.
-fn fits(input: &GraphInput, file: &str) -> bool {
-    let name = file.to_lowercase();
-    // A layer stands after `#`, which also is the place of a number.
-    let without_layer = name.rsplit_once('#').map_or(&*name, |(file, _)| file);
-    let has_ending = |ending: &str| name.ends_with(ending) || without_layer.ends_with(ending);
+/// The endings of the files that an input takes.
+fn endings(input: &GraphInput) -> Vec<&'static str> {
     match input.block {
-        Some(_) => has_ending(".json") || has_ending(".exr"),
-        None => !input.multisampled && !has_ending(".json"),
+        Some(_) => ImageFormat::Exr.endings().iter().chain(&[JSON]).copied().collect(),
+        None => ImageFormat::readable().flat_map(ImageFormat::endings).copied().collect(),
+    }
+}
+
+/// The ending of files of cameras.
+const JSON: &str = "json";
+
+/// True if an input can take a file, by its ending. Images are also known by their content.
+fn fits(input: &GraphInput, file: &str) -> bool {
+    let ending = Path::new(split_layer(file).0).extension().unwrap_or_default().to_ascii_lowercase();
+    match input.block {
+        Some(_) => endings(input).iter().any(|known| ending == *known),
+        None => !input.multisampled && ending != JSON,
     }
 }
 
@@ -234,12 +239,37 @@ fn about(input: &GraphInput) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Project as _, TextProject};
+
+    /// The inputs of a pipeline with an image and a camera.
+    fn inputs() -> Vec<GraphInput> {
+        let text = r#"Pipeline(inputs: { "image": Color, "eye": Camera }, nodes: {}, outputs: { "image": "image" })"#;
+        let mut project = TextProject::new("inputs.ron", text);
+        let checked = project.check(text, None).unwrap_or_else(|errors| panic!("{errors}"));
+        checked.graph.inputs.clone()
+    }
 
     #[test]
-    fn a_layer_is_named_after_the_ending() {
-        assert_eq!(with_layer("a#1/shot.####.exr#diffuse.R"), ("a#1/shot.####.exr", Some("diffuse.R")));
-        assert_eq!(with_layer("shot.####.EXR"), ("shot.####.EXR", None));
-        assert_eq!(with_layer("z.exr#Z"), ("z.exr", Some("Z")));
+    fn the_dialog_and_a_drop_take_every_format_that_is_read() {
+        let inputs = inputs();
+        let [image, camera] = &inputs[..] else { panic!("{inputs:?}") };
+        for name in ["a.exr", "a.hdr", "a.png", "a.jpeg", "a.tif", "a.TIFF", "a.dpx", "shot.####.exr#diffuse.R"] {
+            let ending = Path::new(split_layer(name).0).extension().unwrap().to_string_lossy().to_lowercase();
+            assert!(ImageFormat::of_name(split_layer(name).0).is_some(), "{name}");
+            assert!(fits(image, name) && endings(image).contains(&&*ending), "{name}");
+        }
+        for format in ImageFormat::ALL {
+            let is_read = ImageFormat::of_name(format!("a.{}", format.endings()[0])) == Some(format);
+            let is_offered = format.endings().iter().all(|ending| endings(image).contains(ending));
+            assert_eq!(is_offered, is_read, "{format:?}");
+            assert_eq!(ImageFormat::readable_names().contains(format.name()), is_read, "{format:?}");
+        }
+        for (name, has_camera) in
+            [("c.json", true), ("c.JSON", true), ("c.exr", true), ("c.sxr#left", true), ("c.png", false)]
+        {
+            assert_eq!(fits(camera, name), has_camera, "{name}");
+        }
+        assert!(!fits(image, "c.json") && endings(camera).contains(&"json"));
     }
 
     #[test]

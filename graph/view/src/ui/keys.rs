@@ -44,7 +44,7 @@ impl Viewer {
         if is_taken {
             return;
         }
-        if self.snapshot_keys(ctx) {
+        if self.snapshot_keys(ctx) || end_choice(ctx, &mut self.picture) {
             return;
         }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
@@ -151,6 +151,12 @@ fn picture_keys(model: &mut Model, picture: &mut PictureView, pressed: impl Fn(K
     if pressed(Key::Escape) {
         model.inspect_wire(None);
     }
+}
+
+/// Esc ends the choice of what should be gray. Returns true if there was one.
+fn end_choice(ctx: &Context, picture: &mut PictureView) -> bool {
+    let is_ended = picture.picks.is_some() && ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape));
+    is_ended && picture.picks.take().is_some()
 }
 
 /// A press outside of the focused field takes the keyboard from it. Without this, a field keeps them while a

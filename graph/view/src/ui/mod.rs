@@ -3,7 +3,9 @@
 mod arrangement;
 mod controls;
 mod cost;
+mod curves;
 mod export;
+mod fault_search;
 mod graph;
 mod help;
 mod inputs;
@@ -16,6 +18,7 @@ pub(crate) mod new_file;
 mod parameters;
 mod picture;
 mod pixel_inspector;
+mod recent;
 mod save_dialogs;
 mod scopes;
 mod selection;
@@ -24,6 +27,7 @@ mod text;
 mod text_find;
 mod theme;
 mod toolbar;
+mod white_picker;
 mod wire_bar;
 
 use std::path::PathBuf;
@@ -36,6 +40,7 @@ use crate::render::Painter;
 use cost::CostPanel;
 use export::Exporter;
 pub use export::{ExportKind, Exported};
+use fault_search::FaultSearch;
 use graph::GraphPanel;
 use inputs::{InputPanel, give};
 use measurement::Measurement;
@@ -45,10 +50,13 @@ pub use new_file::{FileRequest, MakeProject, NewFiles};
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use pixel_inspector::PixelInspector;
+pub use recent::RecentFiles;
+use recent::RecentMenu;
 use save_dialogs::{Pending, SaveDialogs};
 use scopes::ScopePanel;
 pub use tabs::{Tab, Tabs};
 use text::TextPanel;
+use white_picker::WhitePicker;
 
 /// The viewer: a model and the panels that show it.
 pub struct Viewer {
@@ -72,6 +80,8 @@ pub struct Viewer {
     text: TextPanel,
     scopes: ScopePanel,
     pixel_inspector: PixelInspector,
+    fault_search: FaultSearch,
+    white_picker: WhitePicker,
     /// The shown image is another one than the scopes have sampled.
     is_sample_due: bool,
     /// A file that the user wants to choose.
@@ -79,6 +89,7 @@ pub struct Viewer {
     exporter: Exporter,
     measurement: Measurement,
     save_dialogs: SaveDialogs,
+    recent: RecentMenu,
     message: Message,
 }
 
@@ -103,11 +114,14 @@ impl Viewer {
             text: TextPanel::default(),
             scopes: ScopePanel::new(&gpu.device),
             pixel_inspector: PixelInspector::default(),
+            fault_search: FaultSearch::new(&gpu.device),
+            white_picker: WhitePicker::default(),
             is_sample_due: true,
             file_request: None,
             exporter: Exporter::default(),
             measurement: Measurement::default(),
             save_dialogs: SaveDialogs::new(new_files),
+            recent: RecentMenu::default(),
             message: Message::default(),
         }
     }
@@ -117,11 +131,17 @@ impl Viewer {
         self.measurement.measure = Some(measure);
     }
 
+    /// Lists the pipelines that were opened last.
+    pub fn list_recent_by(&mut self, files: RecentFiles) {
+        self.recent.files = Some(files);
+    }
+
     /// Draws into targets of another format from now on, or on another device.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
         self.scopes.rebuild(&self.model.gpu().device);
         self.is_sample_due = true;
         (self.pixel_inspector, self.exporter) = (PixelInspector::default(), Exporter::default());
+        (self.fault_search, self.white_picker) = (FaultSearch::new(&self.model.gpu().device), WhitePicker::default());
         self.painter = Painter::new(self.model.gpu(), target);
     }
 
@@ -136,18 +156,24 @@ impl Viewer {
             return Rendered::Later;
         }
         self.model.follow_files(self.text.typed());
-        self.model.inspect_pixels(self.inspects_pixels);
+        let is_white_chosen = self.picture.picks.is_some() || self.white_picker.is_reading();
+        self.model.inspect_pixels(self.inspects_pixels || is_white_chosen);
         let rendered = self.model.render(encoder, elapsed);
         self.tabs.follow_problem(self.model.problem().is_some());
-        self.is_sample_due |= rendered == Rendered::New;
+        if rendered == Rendered::New {
+            self.is_sample_due = true;
+            self.fault_search.begin();
+        }
         self.record_readbacks(encoder);
         self.exporter.record(encoder, &self.model, &self.picture);
         self.measurement.record(encoder, &self.model);
         rendered
     }
 
-    /// Records the copies for the scopes and the pixel inspector.
+    /// Records the copies for the scopes, the pixel inspector, the white picker and the search for NaN.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.white_picker.record(&self.model, encoder);
+        self.fault_search.record(&self.model, &self.painter, encoder);
         let Some(subject) = Subject::of(&self.model) else { return self.scopes.forget() };
         if self.is_sample_due {
             let is_sampled = self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
@@ -167,6 +193,10 @@ impl Viewer {
         let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
         let is_linear = Subject::of(&self.model).is_some_and(|subject| subject.is_linear_color());
         self.scopes.take(ctx, is_linear);
+        self.fault_search.take();
+        if let Some(message) = self.white_picker.finish(&mut self.model) {
+            self.tell(ctx, message);
+        }
         self.cost.take(&self.model, own_ms);
         if let Err(why) = self.exporter.finish() {
             self.tell(ctx, format!("Nothing is exported: {why}"));
@@ -179,6 +209,7 @@ impl Viewer {
 
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
+        self.recent.follow(&self.model);
         if !self.is_bare {
             self.panels(ui);
         }
@@ -186,6 +217,7 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| {
             self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
+        self.white_picker.take_click(&mut self.picture);
         self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
         let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
@@ -227,15 +259,15 @@ impl Viewer {
         }
     }
 
-    /// The path that the user has named for an input, for the shell to open.
-    pub fn take_named_file(&mut self) -> Option<(String, PathBuf)> {
-        self.inputs.named.take()
+    /// The path that the user has named for an input, or that of a pipeline, for the shell to open.
+    pub fn take_named_file(&mut self) -> Option<(Option<String>, PathBuf)> {
+        let of_input = self.inputs.named.take().map(|(input, path)| (Some(input), path));
+        of_input.or_else(|| Some((None, self.recent.chosen.take()?)))
     }
 
     /// A file that the user wants to choose, for the shell to ask.
     pub fn take_file_request(&mut self) -> Option<FileRequest> {
-        let of_input = || self.inputs.asked_file.take().map(FileRequest::Input);
-        self.file_request.take().or_else(of_input)
+        self.file_request.take().or_else(|| self.inputs.asked_file.take())
     }
 
     /// True while the user is asked something.
@@ -360,6 +392,9 @@ impl Viewer {
             self.graph.select(chosen);
             self.follow_selection();
         }
+        if let Some(node) = self.parameters.balanced.take() {
+            self.picture.picks = Some(node);
+        }
     }
 
     fn tab_content(&mut self, ui: &mut Ui, tab: Tab) {
@@ -371,7 +406,9 @@ impl Viewer {
             Tab::Text => self.show_text(ui),
             Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
-                if let Some(line) = text::messages(ui, &self.model, &self.other_problems()) {
+                if let Some(line) =
+                    text::messages(ui, &self.model, &self.other_problems(), &self.fault_search.statement())
+                {
                     self.text.go_to(line);
                     self.tabs.open = Some(Tab::Text);
                 }
@@ -388,7 +425,7 @@ impl Viewer {
                 false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
             };
             panel.resizable(true).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, &others) {
+                if let Some(line) = text::messages(ui, &self.model, &others, &self.fault_search.statement()) {
                     self.text.go_to(line);
                 }
             });
@@ -396,13 +433,18 @@ impl Viewer {
         self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
-    /// The error of the last attempt to save, and the pixels of the shown image that no image can show.
+    /// The error of the last attempt to save, and the images with NaN: the shown one, and all that were searched.
     fn other_problems(&self) -> Vec<String> {
         let nan = Some(self.scopes.nan()).filter(|count| *count > 0).map(|count| {
             let wire = self.model.inspector().wire().map_or("the picture", |wire| &*wire.wire);
             format!("{wire} has {count} pixels with NaN")
         });
-        self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).collect()
+        let elsewhere = self.fault_search.found().map(|(image, count)| format!("{image} has {count} pixels with NaN"));
+        let mut problems: Vec<String> =
+            self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).chain(elsewhere).collect();
+        // The shown image is among the others.
+        problems.dedup();
+        problems
     }
 
     fn tab_bar(&mut self, ui: &mut Ui) {

@@ -21,8 +21,8 @@ pub enum NewFiles {
 pub enum FileRequest {
     /// A pipeline to open.
     Pipeline,
-    /// The file of the input of that name.
-    Input(String),
+    /// The file of an input, by the usual endings of such files.
+    Input { name: String, endings: Vec<&'static str> },
 }
 
 /// The question for the path of a file, while it is open.

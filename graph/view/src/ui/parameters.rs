@@ -5,10 +5,11 @@ use afterimage_graph::value::{Param, Value};
 use egui::{RichText, ScrollArea, Ui};
 
 use super::controls::{ControlChange, control};
+use super::curves::{PointChange, curves, plot};
 use super::graph::wire_name;
 use super::text::note_errors;
 use super::theme::{ACCENT, DIM};
-use crate::model::{Model, Target};
+use crate::model::{Model, Target, balances_white};
 
 #[derive(Default)]
 pub(super) struct Parameters {
@@ -17,6 +18,8 @@ pub(super) struct Parameters {
     only_changed: bool,
     /// The node to which the panel goes.
     goal: Option<String>,
+    /// The node for which the user wants to choose what is gray.
+    pub(super) balanced: Option<String>,
 }
 
 /// An action of the user in the panel.
@@ -25,6 +28,8 @@ enum PanelAction {
     Release,
     /// A node is selected.
     Select(String),
+    /// What a node makes gray is to be chosen in the picture.
+    Balance(String),
 }
 
 impl Parameters {
@@ -74,6 +79,7 @@ impl Parameters {
                     PanelAction::Set(target, value) => model.set(&target, value),
                     PanelAction::Release => model.release(),
                     PanelAction::Select(node) => chosen = Some(node),
+                    PanelAction::Balance(node) => self.balanced = Some(node),
                 }
             }
         });
@@ -146,7 +152,8 @@ impl Parameters {
         let is_selected = selected == Some(&node.name);
         let header = state.show_header(ui, |ui| header(ui, model, (node, is_selected), actions));
         let (_, shown, _) = header.body(|ui| {
-            for parameter in rows {
+            let hidden = if is_searched { Vec::new() } else { curve_of(ui, model, (graph, index), actions) };
+            for parameter in rows.into_iter().filter(|parameter| !hidden.contains(&parameter.index)) {
                 let name = &graph.declaration(parameter).name;
                 row(ui, model, graph, &RowText { parameter, name, meaning: "" }, actions);
             }
@@ -155,6 +162,41 @@ impl Parameters {
             ui.scroll_to_rect(shown.response.rect, Some(egui::Align::Min));
         }
     }
+}
+
+/// The plot of one of the curves of a node, if it has any, and the choice among them. Returns the parameters of the
+/// other curves, whose rows are hidden.
+fn curve_of(ui: &mut Ui, model: &Model, (graph, node): (&Graph, usize), actions: &mut Vec<PanelAction>) -> Vec<usize> {
+    let curves = curves(graph.nodes[node].kind().params());
+    if curves.is_empty() {
+        return Vec::new();
+    }
+    let name = |index| graph.parameter_name(ParameterId { node, index });
+    let id = ui.id().with("shown curve");
+    let mut shown = ui.data(|data| data.get_temp(id)).unwrap_or(0);
+    ui.horizontal(|ui| {
+        for (index, curve) in curves.iter().enumerate() {
+            let is_changed = |point: &usize| model.editor().changes().get(&Target::Parameter(name(*point))).is_some();
+            let text = RichText::new(&curve.name);
+            let text = if curve.points.iter().any(is_changed) { text.color(ACCENT) } else { text };
+            ui.selectable_value(&mut shown, index, text);
+        }
+    });
+    ui.data_mut(|data| data.insert_temp(id, shown));
+    let value = |index: &usize| match model.editor().value(&name(*index)) {
+        Some(Value::Vector([x, y, ..], _)) => Some([x, y]),
+        _ => None,
+    };
+    let points: Option<Vec<[f64; 2]>> = curves[shown].points.iter().map(value).collect();
+    if let Some(PointChange { point, change }) = points.and_then(|points| plot(ui, &curves[shown], &points)) {
+        let target = Target::Parameter(name(curves[shown].points[point]));
+        let is_done = change.as_ref().is_none_or(|change| change.is_done);
+        actions.push(PanelAction::Set(target, change.map(|change| change.value)));
+        if is_done {
+            actions.push(PanelAction::Release);
+        }
+    }
+    curves.iter().enumerate().filter(|(index, _)| *index != shown).flat_map(|(_, curve)| curve.points.clone()).collect()
 }
 
 /// The text that is searched for a parameter, in lower case: its name and description, the kind of its node, and the
@@ -185,6 +227,12 @@ fn header(ui: &mut Ui, model: &Model, (node, is_selected): (&GraphNode, bool), a
         actions.push(PanelAction::Select(node.name.clone()));
     }
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
+    if balances_white(node) {
+        let button = ui.small_button("pick gray");
+        if button.on_hover_text("A click on what should be gray in the picture sets the light").clicked() {
+            actions.push(PanelAction::Balance(node.name.clone()));
+        }
+    }
     if let Some(why) = model.skip_reason(&node.name) {
         ui.label(RichText::new("skipped").color(ACCENT).small()).on_hover_text(why);
     }

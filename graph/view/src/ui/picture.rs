@@ -62,6 +62,10 @@ pub struct PictureView {
     pub range: (f32, f32),
     /// Letters are commands: the picture was pressed last, and no panel.
     pub has_focus: bool,
+    /// The node for which a click chooses what is gray.
+    pub(super) picks: Option<String>,
+    /// The place that was clicked for it, in parts of the picture.
+    pub(super) picked: Option<[f32; 2]>,
     /// The difference of the compared pictures in figures.
     pub(super) figures: Option<String>,
     is_wiping: bool,
@@ -87,6 +91,8 @@ impl Default for PictureView {
             is_pinned: false,
             range: (0.0, 1.0),
             has_focus: true,
+            picks: None,
+            picked: None,
             figures: None,
             is_wiping: false,
         }
@@ -148,7 +154,12 @@ impl PictureView {
         }
         self.say_names(ui, model, area, other.is_some());
         self.pointer = response.hover_pos().and_then(|at| self.place_of(ui, at, &halves, &subject));
-        if inspects_pixels {
+        if self.picks.is_some() {
+            if self.pointer.is_some() {
+                ui.set_cursor_icon(egui::CursorIcon::Crosshair);
+            }
+            self.picked = self.pointer.filter(|_| response.clicked());
+        } else if inspects_pixels {
             self.follow_pointer(response.clicked());
             halves.iter().for_each(|half| self.mark_place(ui, *half, &subject));
         }
@@ -333,6 +344,10 @@ impl PictureView {
                 name += &format!(", level {level} of {count}");
             }
             say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
+        }
+        if let Some(node) = &self.picks {
+            let text = format!("Click what should be gray for `{node}`  (Esc: nothing)");
+            say(area.center_top() + Vec2::new(0.0, 10.0), egui::Align2::CENTER_TOP, &text);
         }
         let Some(compared) = model.compared().filter(|_| compares) else { return };
         if let Some(figures) = &self.figures {

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_gpu::texture_format;
-use afterimage_gpu::wgpu::{TextureDimension, TextureView};
+use afterimage_gpu::wgpu;
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Pass;
 use egui::{RichText, ScrollArea, Ui};
 
@@ -27,17 +25,15 @@ const APART: f32 = 0.02;
 
 impl PixelInspector {
     /// Records copies of the texels at a place.
-    pub(super) fn record(
-        &mut self,
-        model: &Model,
-        encoder: &mut afterimage_gpu::wgpu::CommandEncoder,
-        place: [f32; 2],
-    ) {
+    pub(super) fn record(&mut self, model: &Model, encoder: &mut wgpu::CommandEncoder, place: [f32; 2]) {
         let device = &model.gpu().device;
         let inspector = model.inspector();
         for (reader, instance) in [(&mut self.stored, inspector.stored()), (&mut self.exact, inspector.reference())] {
             if let Some(instance) = instance {
-                reader.record(device, encoder, place, &texels(model.frame_images(), instance));
+                let textures = textures(model.frame_images(), instance);
+                let texels: Vec<TexelRequest<'_>> =
+                    textures.iter().filter_map(|(name, texture)| TexelRequest::new(name, texture, place)).collect();
+                reader.record(device, encoder, &texels);
             }
         }
     }
@@ -108,40 +104,25 @@ fn short(number: f32) -> String {
     }
 }
 
-/// A texel of each image along the chain: of the inputs, then of each node after those that it reads. The texels of a
-/// baked LUT are of no pixel.
-fn texels<'t>(images: &'t FrameImages, instance: &'t PipelineInstance) -> Vec<TexelRequest<'t>> {
-    let mut texels: Vec<TexelRequest<'t>> = images.images.iter().filter_map(input_texel).collect();
-    let Some(plan) = instance.plan() else { return texels };
+/// Each image along the chain, by name: the inputs, then of each node after those that it reads. The texels of a baked
+/// LUT are of no pixel.
+pub(super) fn textures<'t>(
+    images: &'t FrameImages,
+    instance: &'t PipelineInstance,
+) -> Vec<(String, &'t wgpu::Texture)> {
+    let inputs = images.images.iter().map(|(name, view)| (name.clone(), view.texture()));
+    let mut textures: Vec<_> = inputs.collect();
+    let Some(plan) = instance.plan() else { return textures };
     let names = plan.image_names();
     let luts: Vec<String> = plan.savings.baked.iter().map(|baked| format!("{}.table", baked.nodes[0])).collect();
     let written: BTreeSet<usize> =
         plan.work().flat_map(Pass::writes).filter_map(|resource| Some(resource.image()?.0 as usize)).collect();
     for node in chain(instance.graph()) {
         let of_node = written.iter().filter(|index| belongs(&names[**index], node) && !luts.contains(&names[**index]));
-        for index in of_node {
-            let (name, desc) = (&names[*index], plan.images[*index].desc);
-            if let Some(texture) = instance.image(name) {
-                // The middle slice: only the node knows which one belongs to a pixel.
-                texels.push(TexelRequest { name: name.clone(), texture, desc, slice: desc.size.depth / 2 });
-            }
-        }
+        let of_node = of_node.filter_map(|index| Some((names[*index].clone(), instance.image(&names[*index])?)));
+        textures.extend(of_node);
     }
-    texels
-}
-
-/// A texel of the image of an input; `None` for a format that no pipeline stores.
-fn input_texel<'t>((name, view): &'t (String, TextureView)) -> Option<TexelRequest<'t>> {
-    let texture = view.texture();
-    let size = texture.size();
-    let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format())?;
-    let volume = texture.dimension() == TextureDimension::D3;
-    let desc = match volume {
-        true => ImageDesc::volume(Size::volume(size.width, size.height, size.depth_or_array_layers)),
-        false => ImageDesc::new(Size::new(size.width, size.height)),
-    };
-    let slice = if volume { size.depth_or_array_layers / 2 } else { 0 };
-    Some(TexelRequest { name: name.clone(), texture, desc: desc.format(format), slice })
+    textures
 }
 
 /// The names of the nodes, each after those that it reads.

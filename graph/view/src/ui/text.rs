@@ -177,8 +177,9 @@ fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Opti
     Some(found.sources.position(&location.file, location.start).filter(|_| is_own)?.line)
 }
 
-/// Shows errors and warnings; a click on a location returns its line. `others` are those that the model does not know.
-pub(super) fn messages(ui: &mut Ui, model: &Model, others: &[String]) -> Option<usize> {
+/// Shows errors and warnings; a click on a location returns its line. `others` are those that the model does not know,
+/// and `nothing` is the text without any.
+pub(super) fn messages(ui: &mut Ui, model: &Model, others: &[String], nothing: &str) -> Option<usize> {
     let mut line = None;
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         for text in others {
@@ -188,7 +189,7 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, others: &[String]) -> Option<
             Some(Problem::Pipeline(errors)) => line = list(ui, model, errors),
             Some(other) => drop(ui.label(RichText::new(other.to_string()).monospace().color(ERROR))),
             None if !has_messages(model) && others.is_empty() => {
-                ui.label(RichText::new("Nothing is wrong.").color(DIM));
+                ui.label(RichText::new(nothing).color(DIM));
             }
             None => {}
         }

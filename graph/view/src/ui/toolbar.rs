@@ -1,5 +1,6 @@
 //! The bars above and below the picture: pipeline, comparison, appearance, and time.
 
+use afterimage_media::ImageFormat;
 use egui::{Button, ComboBox, RichText, Ui};
 
 use super::export::{self, ExportChoice};
@@ -81,14 +82,14 @@ impl Viewer {
                 saves = ui.button("Save as…").on_hover_text("Ctrl+Shift+S: a new file").clicked();
                 ui.separator();
             }
+            self.recent.show(ui);
             ui.label(RichText::new("Built-in pipelines").color(DIM).small());
             let entries: Vec<_> =
                 afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (ui.button(*name), *name)).collect();
             chosen = choose_by_keys(ui, &entries, 0).map(|index| entries[index].1);
             ui.separator();
-            ui.label(
-                RichText::new("Drop a .ron file to open it,\nor an EXR, HDR, PNG or JPEG image to see it.").color(DIM),
-            );
+            ui.label(RichText::new("Drop a .ron file to open it,\nor an image to see it.").color(DIM))
+                .on_hover_text(ImageFormat::readable_names());
         });
         if opens {
             self.file_request = Some(FileRequest::Pipeline);
