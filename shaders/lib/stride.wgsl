@@ -28,7 +28,7 @@ fn stride_square(cell: vec2u, step: u32) -> vec2u {
 fn stride_scaled(pixels: vec4u, side: u32, step: u32) -> vec4u {
     let covered = (side + STRIDE_SQUARE * step - 1u) / (STRIDE_SQUARE * step) * (STRIDE_SQUARE * step);
     var scaled = pixels;
-    if covered != side { scaled = (2u * pixels + 1u) * side / (2u * covered); }
+    if step > 1u && covered != side { scaled = (2u * pixels + 1u) * side / (2u * covered); }
     return min(scaled, vec4u(side - 1u));
 }
 
