@@ -416,8 +416,9 @@ fn all_tiers_are_tuned_at_once() {
         let limit = limits.iter().find(|(name, _)| name == tier).expect("the names are those of the ladder").1;
         let row = row(&folder.json("out.json"), &format!("tier {tier}")).clone();
         assert!((p999 - MARGIN * number(&row, "p999")).abs() <= 0.0011 && *p999 <= limit, "{tier}: {p999}, {row:#}");
-        assert!((flip - MARGIN * number(&row, "flip")).abs() <= 0.0011, "{tier}: {flip}, {row:#}");
-        assert!((10.0 - jod - MARGIN * (10.0 - number(&row, "jod"))).abs() <= 0.0011, "{tier}: {jod}, {row:#}");
+        let (seen, lost) = (number(&row, "flip"), 10.0 - number(&row, "jod"));
+        assert!((flip - (MARGIN * seen).max(seen + 0.003)).abs() <= 0.0011, "{tier}: {flip}, {row:#}");
+        assert!((10.0 - jod - (MARGIN * lost).max(lost + 0.02)).abs() <= 0.0011, "{tier}: {jod}, {row:#}");
         assert!(*ms <= 0.75 * last + 0.001, "{text}");
         last = *ms;
     }

@@ -13,6 +13,8 @@ TABLE = ROOT / "graph/docs/measurements/tiers.csv"
 SIZES = ("3840x2160", "1920x1080")
 # As `tune`, claims state errors this factor above the worst that was measured.
 MARGIN = 1.1
+# And FLIP and JOD at least this much worse.
+LEAST_FLIP, LEAST_JOD = 0.003, 0.02
 # The quality in JOD of what looks like the reference.
 NO_DIFFERENCE = 10
 
@@ -107,10 +109,12 @@ def claims():
     sections = {}
     for row in csv.DictReader(TABLE.open()):
         if row["tier"] != "as written":
-            p999, flip = (MARGIN * max(float(row[of]), float(row[f"{of}_moving"])) for of in ("p999", "flip"))
+            p999, flip = (max(float(row[of]), float(row[f"{of}_moving"])) for of in ("p999", "flip"))
+            p999, flip = MARGIN * p999, max(MARGIN * flip, flip + LEAST_FLIP)
             # A picture that has changed has not been judged on the new ones.
             on = row["on"] + (f"; codes held on {row['held']} of {row['new']} new ones" if row["held"] else "")
-            jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - min(float(row["jod"]), float(row["jod_moving"])))
+            jod = min(float(row["jod"]), float(row["jod_moving"]))
+            jod = min(NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - jod), jod - LEAST_JOD)
             errors = f"jod: {jod:.3f}, p999: {p999:.2f}, flip: {flip:.3f}, for: {json.dumps(row['display'])}"
             time = f"ms: {row['ms_4k']}, " if row["ms_4k"] else ""
             figures = f"{time}{errors}, on: {json.dumps(on)}"

@@ -7,7 +7,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_lab::measure::Errors;
 use afterimage_lab::metrics::NO_DIFFERENCE;
-use afterimage_lab::tune::{MARGIN, Measured, Tier, Tuned};
+use afterimage_lab::tune::{LEAST_FLIP, LEAST_JOD, MARGIN, Measured, Tier, Tuned};
 use afterimage_media::real_path;
 
 use crate::args::measure::TuneArgs;
@@ -60,8 +60,9 @@ pub(crate) fn text(
 /// The line of a tier among the claims.
 fn claim(tier: &Tier) -> String {
     let Tier { name, measured, errors, display, conditions, .. } = tier;
-    let (ms, p999, flip) = (measured.ms, measured.claimed_p999(), MARGIN * errors.flip);
-    let jod = NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - errors.jod);
+    let (ms, p999) = (measured.ms, measured.claimed_p999());
+    let flip = (MARGIN * errors.flip).max(errors.flip + LEAST_FLIP);
+    let jod = (NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - errors.jod)).min(errors.jod - LEAST_JOD);
     let seen = format!("jod: {jod:.3}, p999: {p999:.3}, flip: {flip:.3}, for: {display:?}");
     format!("        {name:?}: Claim(ms: {ms:.3}, {seen}, on: {conditions:?}),\n")
 }

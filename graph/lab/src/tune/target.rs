@@ -8,6 +8,10 @@ pub(super) const MIN_SAVING: f64 = 0.01;
 pub(super) const MIN_ERROR: f64 = 1e-3;
 /// Claims state errors this factor above the worst that was measured, because other pictures can be a little worse.
 pub const MARGIN: f64 = 1.1;
+/// Claims state a FLIP and a JOD that are at least this much worse than what was measured: near no difference, a factor
+/// adds less than another picture does.
+pub const LEAST_FLIP: f64 = 0.003;
+pub const LEAST_JOD: f64 = 0.02;
 /// An error counts as smaller if it is smaller by at least this number of codes; less comes from rounding.
 const MIN_GAIN: f64 = 0.05;
 
