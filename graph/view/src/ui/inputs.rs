@@ -254,7 +254,11 @@ mod tests {
         let inputs = inputs();
         let [image, camera] = &inputs[..] else { panic!("{inputs:?}") };
         for name in ["a.exr", "a.hdr", "a.png", "a.jpeg", "a.tif", "a.TIFF", "a.dpx", "shot.####.exr#diffuse.R"] {
-            let ending = Path::new(split_layer(name).0).extension().unwrap().to_string_lossy().to_lowercase();
+            let ending = Path::new(split_layer(name).0)
+                .extension()
+                .expect("a name with an ending")
+                .to_string_lossy()
+                .to_lowercase();
             assert!(ImageFormat::of_name(split_layer(name).0).is_some(), "{name}");
             assert!(fits(image, name) && endings(image).contains(&&*ending), "{name}");
         }
