@@ -6,8 +6,7 @@ use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_lab::measure::Errors;
-use afterimage_lab::metrics::NO_DIFFERENCE;
-use afterimage_lab::tune::{LEAST_FLIP, LEAST_JOD, MARGIN, Measured, Tier, Tuned};
+use afterimage_lab::tune::{Measured, Tier, Tuned, claimed_flip, claimed_jod};
 use afterimage_media::real_path;
 
 use crate::args::measure::TuneArgs;
@@ -61,8 +60,7 @@ pub(crate) fn text(
 fn claim(tier: &Tier) -> String {
     let Tier { name, measured, errors, display, conditions, .. } = tier;
     let (ms, p999) = (measured.ms, measured.claimed_p999());
-    let flip = (MARGIN * errors.flip).max(errors.flip + LEAST_FLIP);
-    let jod = (NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - errors.jod)).min(errors.jod - LEAST_JOD);
+    let (flip, jod) = (claimed_flip(errors.flip), claimed_jod(errors.jod));
     let seen = format!("jod: {jod:.3}, p999: {p999:.3}, flip: {flip:.3}, for: {display:?}");
     format!("        {name:?}: Claim(ms: {ms:.3}, {seen}, on: {conditions:?}),\n")
 }

@@ -2,18 +2,26 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::metrics::NO_DIFFERENCE;
+
 /// Times that differ by less than this share are equal: the difference is noise.
 pub(super) const MIN_SAVING: f64 = 0.01;
 /// Errors below this number of codes are equal.
 pub(super) const MIN_ERROR: f64 = 1e-3;
 /// Claims state errors this factor above the worst that was measured, because other pictures can be a little worse.
 pub const MARGIN: f64 = 1.1;
-/// Claims state a FLIP and a JOD that are at least this much worse than what was measured: near no difference, a factor
-/// adds less than another picture does.
-pub const LEAST_FLIP: f64 = 0.003;
-pub const LEAST_JOD: f64 = 0.02;
 /// An error counts as smaller if it is smaller by at least this number of codes; less comes from rounding.
 const MIN_GAIN: f64 = 0.05;
+
+/// The FLIP that a claim states of what was measured: near no difference, a factor adds less than another picture does.
+pub fn claimed_flip(measured: f64) -> f64 {
+    (MARGIN * measured).max(measured + 0.003)
+}
+
+/// The JOD that a claim states of what was measured.
+pub fn claimed_jod(measured: f64) -> f64 {
+    (NO_DIFFERENCE - MARGIN * (NO_DIFFERENCE - measured)).min(measured - 0.02)
+}
 
 /// The limit that a tuned pipeline must keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
