@@ -82,9 +82,8 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, options: &Options) -> V
     runs
 }
 
-/// Makes a result for each of its readers, if all of them are functions of its color and the one that makes it is to be
-/// in a table: then each becomes a table from the same colors, and nobody stores the result. The images besides the
-/// first.
+/// Gives each reader of a pass that is to be in a table its own copy of it, if all readers are functions of its color:
+/// each becomes a table of its own, and nobody stores what the pass makes. Returns the images of the copies.
 pub(super) fn part(builder: &mut PlanBuilder, graph: &Graph, options: &Options) -> BTreeSet<ImageId> {
     let (kept, mut parted) = (builder.kept(), BTreeSet::new());
     for number in (0..builder.recording.passes.len()).rev() {
