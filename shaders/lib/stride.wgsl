@@ -26,9 +26,9 @@ fn stride_square(cell: vec2u, step: u32) -> vec2u {
 
 // The cells cover a little more than the image where a side is no multiple of theirs; scaled, they cover it.
 fn stride_scaled(pixels: vec4u, side: u32, step: u32) -> vec4u {
-    let covered = (side + STRIDE_SQUARE * step - 1u) / (STRIDE_SQUARE * step) * (STRIDE_SQUARE * step);
+    let covered = step * stride_size(vec2u(side), step).x;
     var scaled = pixels;
-    if step > 1u && covered != side { scaled = (2u * pixels + 1u) * side / (2u * covered); }
+    if covered != side { scaled = (2u * pixels + 1u) * side / (2u * covered); }
     return min(scaled, vec4u(side - 1u));
 }
 

@@ -88,14 +88,14 @@ pub(super) fn part(builder: &mut PlanBuilder, graph: &Graph, options: &Options) 
     let (kept, mut parted) = (builder.kept(), BTreeSet::new());
     for number in (0..builder.recording.passes.len()).rev() {
         let passes = &builder.recording.passes;
-        let link = |pass: &Pass| link(builder, graph, pass, options);
-        let Some(Link { result, bake: Some(_), .. }) = link(&passes[number]) else { continue };
+        let made = link(builder, graph, &passes[number], options);
+        let Some(Link { result, bake: Some(_), .. }) = made else { continue };
         let reads = |pass: &Pass| pass.reads().contains(&Resource::Image(result));
         let readers: Vec<usize> = (number + 1..passes.len()).filter(|reader| reads(&passes[*reader])).collect();
         let is_transient = builder.recording.image(result).origin == Origin::Transient;
-        let are_functions =
-            readers.iter().all(|reader| link(&passes[*reader]).is_some_and(|link| link.source == result));
-        if !is_transient || kept.contains(&result) || !are_functions {
+        let is_function =
+            |reader: &usize| link(builder, graph, &passes[*reader], options).is_some_and(|link| link.source == result);
+        if !is_transient || kept.contains(&result) || !readers.iter().all(is_function) {
             continue;
         }
         for (copies, reader) in readers.into_iter().skip(1).enumerate() {

@@ -65,7 +65,7 @@ pub(super) fn plot(ui: &mut Ui, curve: &Curve, points: &[[f64; 2]]) -> Option<Po
     let (outer, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
     let area = outer.shrink(6.0);
     let at = |[x, y]: [f64; 2]| pos2(area.left() + x as f32 * area.width(), area.bottom() - y as f32 * area.height());
-    draw(ui, outer, area, (curve, points), &at);
+    draw(ui, outer, area, curve, points, &at);
     let near = |pointer: Pos2| {
         let distances = points.iter().enumerate().map(|(index, point)| (index, at(*point).distance(pointer)));
         let (nearest, distance) = distances.min_by(|one, other| one.1.total_cmp(&other.1))?;
@@ -107,7 +107,7 @@ fn moved(points: &[[f64; 2]], point: usize, [x, y]: [f64; 2]) -> [f64; 2] {
     [rounded(x.min(high).max(low).clamp(0.0, 1.0)), rounded(y.clamp(0.0, 1.0))]
 }
 
-fn draw(ui: &Ui, outer: Rect, area: Rect, (curve, points): (&Curve, &[[f64; 2]]), at: &dyn Fn([f64; 2]) -> Pos2) {
+fn draw(ui: &Ui, outer: Rect, area: Rect, curve: &Curve, points: &[[f64; 2]], at: &dyn Fn([f64; 2]) -> Pos2) {
     let painter = ui.painter_at(outer);
     painter.rect_filled(outer, 3.0, FIELD);
     let faint = Stroke::new(1.0, Color32::from_gray(0x30));

@@ -28,7 +28,7 @@ enum PanelAction {
     Release,
     /// A node is selected.
     Select(String),
-    /// What a node makes gray is to be chosen in the picture.
+    /// A color that a node makes gray is to be chosen in the picture.
     Balance(String),
 }
 
@@ -152,7 +152,7 @@ impl Parameters {
         let is_selected = selected == Some(&node.name);
         let header = state.show_header(ui, |ui| header(ui, model, (node, is_selected), actions));
         let (_, shown, _) = header.body(|ui| {
-            let hidden = if is_searched { Vec::new() } else { curve_of(ui, model, (graph, index), actions) };
+            let hidden = if is_searched { Vec::new() } else { curve_of(ui, model, graph, index, actions) };
             for parameter in rows.into_iter().filter(|parameter| !hidden.contains(&parameter.index)) {
                 let name = &graph.declaration(parameter).name;
                 row(ui, model, graph, &RowText { parameter, name, meaning: "" }, actions);
@@ -166,7 +166,7 @@ impl Parameters {
 
 /// The plot of one of the curves of a node, if it has any, and the choice among them. Returns the parameters of the
 /// other curves, whose rows are hidden.
-fn curve_of(ui: &mut Ui, model: &Model, (graph, node): (&Graph, usize), actions: &mut Vec<PanelAction>) -> Vec<usize> {
+fn curve_of(ui: &mut Ui, model: &Model, graph: &Graph, node: usize, actions: &mut Vec<PanelAction>) -> Vec<usize> {
     let curves = curves(graph.nodes[node].kind().params());
     if curves.is_empty() {
         return Vec::new();
