@@ -1,4 +1,4 @@
-//! Halvings by rows against halvings texel by texel.
+//! Halvings by rows against halvings texel by texel, and columns of pixels against others.
 
 use afterimage_graph::node::{Pass, PassKind};
 use afterimage_plan::{Options, When};
@@ -297,6 +297,34 @@ fn a_light_of_one_pixel_keeps_its_energy_by_rows() {
             let area = f64::from(width * height) / f64::from(half.width * half.height);
             let energy = half.pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() * area / 4000.0;
             assert!((energy - 1.0).abs() < 2e-3, "{width}x{height} {at:?}: {energy}");
+        }
+    }
+}
+
+/// An invocation makes several pixels of a large image: beside each other if its columns end at the border, and else
+/// eight rows apart.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn pixels_are_the_same_in_columns_of_both_kinds() {
+    for node in ["Cas(source: \"mapped\", amount: 0.9)", "Sharpen(source: \"mapped\", amount: 0.5)"] {
+        let graph = graph(&format!(
+            r#"Pipeline(inputs: {{ "scene": Color }}, outputs: {{ "out": "out" }}, nodes: {{
+                "exposed": Exposure(source: "scene"),
+                "mapped": ToneMap(source: "exposed", curve: AcesNarkowicz),
+                "out": {node},
+            }})"#
+        ));
+        let picture = |height| {
+            let noise = scene(512, 1);
+            Picture::new(512, height, |x, y| noise.at((x * 31 + y * 17) % 512, 0))
+        };
+        let pictures = [picture(512), picture(513)];
+        let shown = Run::new(&graph).shown(&pictures.each_ref());
+        let [beside, apart] = shown.as_slice() else { panic!("one result for each picture") };
+        for y in 0..511 {
+            for x in 0..512 {
+                assert_eq!(beside.at(x, y), apart.at(x, y), "{node} at {x}, {y}");
+            }
         }
     }
 }

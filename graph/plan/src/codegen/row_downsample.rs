@@ -152,9 +152,9 @@ fn square(writer: &FunctionWriter<'_, '_>, loads: &str) -> String {
         return format!("{places}{loads}{sanitized}        let square = {made}");
     }
     let (_, repairs) = writer.limits_of_pixels(4, INDENT);
-    let tried = writer.try_light(4, &format!("        square = {made}"), "");
+    let tried = writer.try_light(4, &format!("        var square = {made}"));
     format!(
-        "{places}{loads}        var square: Square;\n{tried}        if light_lowest < 0.0 {{
+        "{places}{loads}{tried}        if light_lowest < 0.0 {{
 {repairs}            square = {made}        }}
 "
     )
