@@ -1,5 +1,5 @@
-// Combines light with an image. Light that is added is open at its border and covers nothing; light that is mixed is a
-// mean, which is its nearest texel there, and takes its alpha with it.
+// Combines light with an image. Light that is added covers nothing, and a tent reads it as open at its border; light
+// that is mixed is a mean, and takes its alpha with it.
 import afterimage::sanitize::HALF_MAX;
 import afterimage::math::between;
 import afterimage::tent::{TentTaps, tap_narrow_tent, tap_tent, tap_whole_tent};
@@ -50,7 +50,7 @@ fn composite_screen_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_screen(base, tap_open(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_screen(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_screen_tent(
@@ -78,7 +78,7 @@ fn composite_add_bilinear(
     at: Point,
     params: Composite,
 ) -> vec4f {
-    return composite_sum(base, tap_open(bloom, bloom_sampler, at.uv).rgb, params);
+    return composite_sum(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
 fn composite_add_tent(

@@ -23,8 +23,8 @@ node_kind! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
     /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
-    /// the image is not filtered. Beyond its border, light is open for `Add` and `Screen`, and its nearest texel for
-    /// `Mix`, where it is a mean of the picture. If no light is wired, or it is switched off, the result is the image.
+    /// the image is not filtered. Beyond its border, light is its nearest texel; the tent of `Add` and `Screen` reads
+    /// half of it. If no light is wired, or it is switched off, the result is the image.
     /// Results are limited to 65504. Alpha is that of the image, and for `Mix` it is mixed as the color is: what is
     /// moved beyond the edge of a transparent picture covers there.
     pub struct Composite {

@@ -133,7 +133,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let bloom = glow(&bright, Node(graph, "mips"), Node(graph, "bloom").number("radius"));
     let node = Node(graph, "lit");
     let size = [seen.width, seen.height];
-    let bloom = upsample(&smoothed(&bloom).with_open_beyond(), size, Up::Bilinear, 1.0);
+    let bloom = upsample(&smoothed(&bloom), size, Up::Bilinear, 1.0);
     let strength = node.number("strength");
     Image::new(seen.width, seen.height, |x, y| {
         let [base, glow] = [local, &bloom].map(|image| image.texel(x as i64, y as i64));
