@@ -84,15 +84,14 @@ impl Prices {
     }
 }
 
-/// A hash of what the file of a pipeline, those that it extends and a tier set: the values of all parameters, and what
-/// else a node has.
+/// A hash of what the file of a pipeline, those that it extends and a tier set: the values of all parameters, and the
+/// options and wires of nodes.
 fn values(graph: &Graph) -> String {
     let mut text = String::new();
     for node in &graph.nodes {
-        let GraphNode { name, wires, when, off, format, bake, every, .. } = node;
-        let values = node.instance.values();
-        let line = format!("{name} {} {wires:?} {when:?} {off} {format:?} {bake:?} {every}", node.kind().name());
-        writeln!(text, "{line} {values:?}").expect("a string grows");
+        let GraphNode { name, wires, off, format, bake, every, .. } = node;
+        let (kind, values) = (node.kind().name(), node.instance.values());
+        writeln!(text, "{name} {kind} {wires:?} {off} {format:?} {bake:?} {every} {values:?}").expect("a string grows");
     }
     format!("{:08x}", fnv1a(text.as_bytes()) as u32)
 }
