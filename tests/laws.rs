@@ -175,7 +175,7 @@ fn a_glow_is_steady_in_all_phases_of_its_light() {
     }
 }
 
-/// In a corner, an enlargement repeats the last texel of a level, beyond which there would be less light.
+/// Beyond a border lies half of the nearest light, which is a little more than there would be, in a corner twice.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_glow_is_as_strong_at_borders_and_nearly_so_in_corners() {
