@@ -127,10 +127,11 @@ fn mirrored_and_transposed_pictures_are_mirrored_and_transposed() {
     }
 }
 
+/// The light shafts of `matinee.ron` depend on the place of their light.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_picture_that_moves_by_pixels_stays_the_same() {
-    for subject in subjects(&[]) {
+    for subject in subjects(&["matinee"]) {
         let whole = scene(2);
         // What moves is in front of gray, so that nothing comes into view.
         let at = |left: u32| {
@@ -153,7 +154,7 @@ fn a_picture_that_moves_by_pixels_stays_the_same() {
 }
 
 /// In `glare.ron` and `course.ron`, a curve comes before the blur, and a part of a bright pixel counts as a whole one.
-/// The shafts of `matinee.ron` depend on the place of their light.
+/// Shafts again depend on the place.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_glow_is_steady_in_all_phases_of_its_light() {
