@@ -154,7 +154,7 @@ fn a_picture_that_moves_by_pixels_stays_the_same() {
 }
 
 /// In `glare.ron` and `course.ron`, a curve comes before the blur, and a part of a bright pixel counts as a whole one.
-/// Shafts again depend on the place.
+/// The shafts of `matinee.ron` depend on their place.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_glow_is_steady_in_all_phases_of_its_light() {
