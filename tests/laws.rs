@@ -1,5 +1,5 @@
-//! Laws of pictures that all built-in pipelines keep: mirrored, transposed and shifted pictures, lights in all phases of
-//! the pixels, at borders and in corners, first frames and cuts. Some pipelines run every day; all with
+//! Laws of pictures that all built-in pipelines keep: mirrored, transposed and moved pictures, lights in all phases of
+//! the pixels, at borders and in corners, first frames and cuts. Three pipelines run every day; all with
 //! `AFTERIMAGE_SWEEPS=all`.
 
 use std::array::from_fn;

@@ -1,5 +1,6 @@
 //! What the built-in pipelines cost, counted in their plans and in the code of their passes, and a hash of what their
-//! files set. `AFTERIMAGE_BLESS=1` writes `golden/prices.txt` again, so that a commit shows the price of what it changes.
+//! files set. `AFTERIMAGE_BLESS=1` writes `golden/prices.txt` again, so that a commit shows the price of what it
+//! changes.
 
 mod memory;
 mod operations;
@@ -66,7 +67,10 @@ impl Prices {
 
     fn line(&self) -> String {
         let [megabytes, passes, batches, operations, memory] = self.figures;
-        format!("{:<26}{megabytes:>9.1}{passes:>5}{batches:>5}{operations:>9.1}{memory:>8.1} {}", self.name, self.values)
+        format!(
+            "{:<26}{megabytes:>9.1}{passes:>5}{batches:>5}{operations:>9.1}{memory:>8.1} {}",
+            self.name, self.values
+        )
     }
 
     fn parse(line: &str) -> Option<Self> {
@@ -80,7 +84,9 @@ impl Prices {
     /// True if no figure is higher or lower than the known one, and no value has changed.
     fn is_as_known(&self, known: &Self) -> bool {
         let mut pairs = self.figures.iter().zip(known.figures);
-        self.name == known.name && self.values == known.values && pairs.all(|(new, old)| (new - old).abs() <= (TOLERANCE * old).max(0.051))
+        self.name == known.name
+            && self.values == known.values
+            && pairs.all(|(new, old)| (new - old).abs() <= (TOLERANCE * old).max(0.051))
     }
 }
 
