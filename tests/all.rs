@@ -28,6 +28,8 @@ mod frames;
 mod fuzzing;
 /// Kinds with clashing names in one module.
 mod isolation;
+/// Laws of pictures that all built-in pipelines keep.
+mod laws;
 /// Devices that are lost.
 mod lost;
 /// The figures of `measure` and `tune`.

@@ -279,28 +279,35 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
 /// a fifth more operations once took a tenth less time.
 const STALE: [f64; 2] = [0.02, 0.1];
 
-/// A time cannot be tested, but what was timed can: a row is stale when its plan costs more or less than it did then.
+/// A time or an error cannot be tested, but what was measured can: a row is stale when its plan costs more or less than it
+/// did then, or when a value of the pipeline, or of one that it extends, is another.
 #[test]
-fn the_times_of_tiers_are_of_their_plans() {
+fn what_tiers_claim_is_of_their_plans_and_values() {
     let prices = include_str!("../graph/plan/tests/golden/prices.txt");
-    let price = |name: &str| -> Option<[f64; 2]> {
+    let price = |name: &str| -> Option<([f64; 2], &str)> {
         let figures = prices.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
-        let figures: Vec<f64> = figures.split_whitespace().map(|figure| figure.parse().ok()).collect::<Option<_>>()?;
-        let [megabytes, _, _, operations, _] = *figures else { return None };
-        Some([megabytes, operations])
+        let [megabytes, _, _, operations, _, values] = *figures.split_whitespace().collect::<Vec<_>>() else {
+            return None;
+        };
+        Some(([megabytes.parse().ok()?, operations.parse().ok()?], values))
     };
     for line in include_str!("../graph/docs/measurements/tiers.csv").lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
         let [pipeline, tier, ..] = *fields else { panic!("{line}") };
-        let [megabytes, operations] = [fields[14], fields[15]];
+        let [megabytes, operations, measured] = [fields[14], fields[15], fields[fields.len() - 1]];
         let name = format!("{pipeline} {tier}");
-        let now = price(&name).unwrap_or_else(|| panic!("prices.txt has no `{name}`"));
+        let (now, values) = price(&name).unwrap_or_else(|| panic!("prices.txt has no `{name}`"));
         let timed = [megabytes, operations].map(|figure| figure.parse::<f64>().expect("a number"));
         let is_as_timed =
             zip(zip(now, timed), STALE).all(|((now, timed), share)| (now - timed).abs() <= share * timed + 0.051);
         assert!(
             is_as_timed,
             "`{name}` had {timed:?} MB and operations when it was timed, and has {now:?}: time it again"
+        );
+        assert_eq!(
+            values, measured,
+            "a value of `{name}`, its own or one of what it extends, is not that of its errors: measure it again, or set \
+             in it what it was measured with"
         );
     }
 }

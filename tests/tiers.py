@@ -33,12 +33,13 @@ def milliseconds(folder, name, tier, size):
 
 
 def prices():
-    """Megabytes and operations of each pipeline and tier: what the times are of."""
+    """Megabytes and operations of each pipeline and tier, which the times are of, and the hash of all values, which the
+    errors are of."""
     known = {}
     for line in (ROOT / "graph/plan/tests/golden/prices.txt").read_text().splitlines():
         if not line.startswith("#"):
-            *name, megabytes, _, _, operations, _ = line.split()
-            known[" ".join(name)] = f"{megabytes},{operations}"
+            *name, megabytes, _, _, operations, _, values = line.split()
+            known[" ".join(name)] = f"{megabytes},{operations}", values
     return known
 
 
@@ -60,7 +61,7 @@ def by_motion(measured):
 def table(folder, where):
     print(
         "pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving,flip_moving,worst_moving,"
-        "p999_new,flip_new,new,held,mb_4k,operations,jod,jod_moving,jod_new,display,on"
+        "p999_new,flip_new,new,held,mb_4k,operations,jod,jod_moving,jod_new,display,on,values"
     )
     price = prices()
     for path in sorted(folder.glob("*.json")):
@@ -77,7 +78,8 @@ def table(folder, where):
             p999_new, flip_new, _ = worst(new).split(",")
             figures = f"{times},{worst(stills)},{worst(moving)},{p999_new},{flip_new},{len(new)},{held}"
             jod = ",".join(f"{min(picture['jod'] for picture in of):.3f}" for of in (stills, moving, new))
-            print(f"{path.stem},{tier},{figures},{price[f'{path.stem} {tier}']},{jod},{measured['display']},{where}")
+            plan, values = price[f"{path.stem} {tier}"]
+            print(f"{path.stem},{tier},{figures},{plan},{jod},{measured['display']},{where},{values}")
 
 
 def times(folder):
@@ -88,7 +90,7 @@ def times(folder):
     for row in rows:
         name, tier = row["pipeline"], row["tier"]
         row["ms_4k"], row["ms_1080p"] = (milliseconds(folder, name, tier, size) for size in SIZES)
-        row["mb_4k"], row["operations"] = price[f"{name} {tier}"].split(",")
+        row["mb_4k"], row["operations"] = price[f"{name} {tier}"][0].split(",")
     with TABLE.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()

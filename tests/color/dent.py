@@ -31,17 +31,16 @@ DEVIATION = np.array(
 FROM_AP1 = np.array(
     [[1.705051, -0.621792, -0.083259], [-0.130256, 1.140805, -0.010548], [-0.024003, -0.128969, 1.152972]]
 )
-AS_IT_IS = {
-    "slack": 0.01, "dent": True, "dent_slack": 0.06, "slope": 0.4, "loss": 0.1, "share": 0.17, "knee": 0.8, "hue": 1,
-}
+AS_IT_IS = {"slack": 0.01, "dent": True, "slope": 1.2, "share": 0.17, "knee": 0.8, "hue": 1}
 CHANGES = {
     "as it is": {},
     "no rule for the dent": {"dent": False},
     "keep_hue: 0.0": {"hue": 0},
     "gamut_knee: 0.5": {"knee": 0.5},
     "OKLAB_LEAST_SHARE 0.35": {"share": 0.35},
-    "OKLAB_DENT_SLOPE 0.8, _SLACK 0.02, _LOSS 0.3": {"slope": 0.8, "dent_slack": 0.02, "loss": 0.3},
-    "OKLAB_DENT_SLOPE 1.2, _SLACK 0.02, _LOSS 0.3": {"slope": 1.2, "dent_slack": 0.02, "loss": 0.3},
+    "OKLAB_DENT_SLOPE 0.4": {"slope": 0.4},
+    "OKLAB_DENT_SLOPE 0.8": {"slope": 0.8},
+    "OKLAB_DENT_SLOPE 1.6": {"slope": 1.6},
 }
 SHARES = (0.25, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.9)
 EXPOSURES = (0.1, 0.3, 0.5, 0.731, 0.95, 1.19, 1.7)
@@ -80,7 +79,7 @@ def result(source, mapped, **changes):
     relative = chroma / np.maximum(lightness, 1e-6)
     k = relative @ DEVIATION.T
     c1, c2, c3 = (np.linalg.inv(TO_LMS) @ v.T for v in (3 * k, 3 * k**2, k**3))
-    least, end = np.full(c1.shape, -at["slack"]), np.full(c1.shape[1], 1e30)
+    end = np.full(c1.shape[1], 1e30)
     if at["dent"]:
         slope = at["slope"] * length(relative)[:, 0]
         first = c1[0] + slope
@@ -88,16 +87,14 @@ def result(source, mapped, **changes):
         has_dent = (first < 0) & (second > 0)
         bend = np.where(has_dent, -first / np.where(has_dent, second, 1), 0)
         red = 1 + bend * (c1[0] + bend * (c2[0] + bend * c3[0]))
-        slack = np.maximum(at["dent_slack"] + at["loss"] * np.minimum(red, 0), at["slack"])
-        least[0] = np.where(has_dent, -slack, least[0])
-        end = np.where(has_dent, bend + np.maximum(red + slack, 0) / np.maximum(slope, 1e-9), end)
+        end = np.where(has_dent, bend + np.maximum(red + at["slack"], 0) / np.maximum(slope, 1e-9), end)
 
     def color(t):
         return 1 + t * (c1 + t * (c2 + t * c3))
 
     def is_inside(t):
         v = color(t)
-        return (t <= end) & (v >= least).all(0) & (v.max(0) <= 1 / np.maximum(gray[:, 0], 1e-30))
+        return (t <= end) & (v.min(0) >= -at["slack"]) & (v.max(0) <= 1 / np.maximum(gray[:, 0], 1e-30))
 
     knee = at["knee"]
     low, high = np.zeros(len(k)), np.ones(len(k))

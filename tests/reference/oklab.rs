@@ -58,25 +58,17 @@ pub(crate) fn with_hue(mapped: Rgb, light: Rgb) -> Rgb {
     from_oklab([lightness, amount * angle.cos(), amount * angle.sin()])
 }
 
-/// Red next to the blue of a gamut: how low it may be there, in units of the gray, and the largest share of the chroma.
-struct Dent {
-    least: f64,
-    end: f64,
-}
-
-impl Dent {
-    /// Red of each share, of a color with this chroma in units of its lightness. From where it falls by less than 0.4 for
-    /// a chroma of the lightness on, it is taken to fall by that; it may be 0.06 below 0, or less where it is far below.
-    fn of(red: impl Fn(f64) -> f64, chroma: f64) -> Self {
-        let step = 1e-3 / chroma.max(1e-12);
-        let falls = |at: f64| red(at + step) - red(at) < -0.4 * 1e-3;
-        let shares = (0..4000).map(|number| f64::from(number) * step);
-        let Some(bend) = falls(0.0).then(|| shares.into_iter().find(|at| !falls(*at))).flatten() else {
-            return Self { least: -0.01, end: f64::INFINITY };
-        };
-        let slack = (0.06 + 0.1 * red(bend).min(0.0)).max(0.01);
-        Self { least: -slack, end: bend + (red(bend) + slack).max(0.0) / (0.4 * chroma) }
-    }
+/// The largest share of the chroma, because of red next to the blue of a gamut, of a color with this chroma in units of
+/// its lightness. From where red, in units of the gray, falls by less than 1.2 for a chroma of the lightness on, it is
+/// taken to fall by that.
+fn dent_end(red: impl Fn(f64) -> f64, chroma: f64) -> f64 {
+    let step = 1e-3 / chroma.max(1e-12);
+    let falls = |at: f64| red(at + step) - red(at) < -1.2 * 1e-3;
+    let shares = (0..4000).map(|number| f64::from(number) * step);
+    let Some(bend) = falls(0.0).then(|| shares.into_iter().find(|at| !falls(*at))).flatten() else {
+        return f64::INFINITY;
+    };
+    bend + (red(bend) + 0.01).max(0.0) / (1.2 * chroma)
 }
 
 /// A color in the gamut from 0 to `peak`: chroma above the share `knee` of the gamut's is compressed at one lightness and
@@ -88,11 +80,8 @@ pub(crate) fn fitted(rgb: Rgb, peak: f64, knee: f64) -> Rgb {
     let scaled = |share: f64| from_oklab([lightness, a * share, b * share]);
     let limit = 1.0 / knee.max(1e-3);
     let gray = lightness.powi(3);
-    let dent = Dent::of(|share| scaled(share)[0] / gray, a.hypot(b) / lightness);
-    let is_inside = |share: f64| {
-        let least = [dent.least, -0.01, -0.01].map(|x| x * gray);
-        share <= dent.end && scaled(share).iter().zip(least).all(|(x, least)| (least..=peak).contains(x))
-    };
+    let end = dent_end(|share| scaled(share)[0] / gray, a.hypot(b) / lightness);
+    let is_inside = |share: f64| share <= end && scaled(share).iter().all(|x| (-0.01 * gray..=peak).contains(x));
     if is_inside(limit) {
         return scaled(1.0);
     }

@@ -237,6 +237,48 @@ fn blues_have_no_contour() {
     }
 }
 
+/// Light of wide gamuts a thousandth apart is at most as many codes apart as sRGB makes of a thousandth near black.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn neighbors_in_light_are_neighbors_in_codes() {
+    const STEP: f64 = 1e-3;
+    let most = 255.0 * srgb_encode(STEP) + 0.05;
+    for space in [&REC2020, &AP1] {
+        let to_rec709 = conversion(space, &REC709);
+        for node in ["ToneMap()", "ToneMap(curve: None)", "ToneMap(curve: Uchimura)"] {
+            // From cyan to magenta, across the dent of Rec.709's gamut.
+            let ring = |row: u32, turn: f64| {
+                let bright = f64::from(row).mul_add(0.5, -4.0).exp2();
+                transform(&to_rec709, [(turn - 1.0).max(0.0), (1.0 - turn).max(0.0), 1.0].map(|x| bright * x))
+            };
+            // Three rows for each brightness: light, a neighbor in hue and one toward gray.
+            let colors = Picture::new(1601, 30, |x, y| {
+                let turn = 0.5 + f64::from(x) / 1600.0;
+                let light = ring(y / 3, turn);
+                let way = match y % 3 {
+                    0 => [0.0; 3],
+                    1 => std::array::from_fn(|c| ring(y / 3, turn + 1e-5)[c] - light[c]),
+                    _ => light.map(|x| largest(light) - x),
+                };
+                let step = STEP * largest(light) / largest(way.map(f64::abs)).max(1e-30);
+                let [r, g, b] = [0, 1, 2].map(|c| (light[c] + step * way[c]) as f32);
+                [r, g, b, 1.0]
+            });
+            let shown = run("Exposed", node, &NoFiles, &colors);
+            let codes: Vec<Rgb> =
+                shown.pixels.iter().map(|pixel| rgb(*pixel).map(|x| 255.0 * srgb_encode(x))).collect();
+            let rows: Vec<&[Rgb]> = codes.chunks(1601).collect();
+            for (number, rows) in rows.chunks(3).enumerate() {
+                for (x, light) in rows[0].iter().enumerate() {
+                    let off = |beside: Rgb| largest([0, 1, 2].map(|c| (beside[c] - light[c]).abs()));
+                    let off = off(rows[1][x]).max(off(rows[2][x]));
+                    assert!(off <= most, "{node}: {off} codes at {x} of brightness {number}");
+                }
+            }
+        }
+    }
+}
+
 /// Colors of constant hue for observers, in linear Rec.709: at a quarter, a half, three quarters and all of the chroma.
 fn measured_hues() -> Vec<(&'static str, Vec<Rgb>)> {
     let adapt = adaptation(&CAT16, xyz([0.3101, 0.3163]), xyz(D65));

@@ -1,12 +1,14 @@
-//! What the built-in pipelines cost, counted in their plans and in the code of their passes. `AFTERIMAGE_BLESS=1`
-//! writes `golden/prices.txt` again, so that a commit shows the price of what it changes.
+//! What the built-in pipelines cost, counted in their plans and in the code of their passes, and a hash of what their
+//! files set. `AFTERIMAGE_BLESS=1` writes `golden/prices.txt` again, so that a commit shows the price of what it
+//! changes.
 
 mod memory;
 mod operations;
 
 use std::fmt::Write as _;
 
-use afterimage_graph::check::{Checker, Facts, Graph};
+use afterimage_base::hash::fnv1a;
+use afterimage_graph::check::{Checker, Facts, Graph, GraphNode};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
@@ -27,13 +29,14 @@ const TOLERANCE: f64 = 0.02;
 
 const HEAD: &str =
     "# Each built-in pipeline and tier at 3840x2160, or at a size that is written, with the scene's color alone: MB
-# that passes read and write, passes, batches, operations a pixel, MiB of placed memory.
+# that passes read and write, passes, batches, operations a pixel, MiB of placed memory, hash of all values.
 ";
 
 /// The figures of a pipeline, in the order of the file.
 struct Prices {
     name: String,
     figures: [f64; 5],
+    values: String,
     memory: Option<Memory>,
 }
 
@@ -59,26 +62,44 @@ impl Prices {
             operations / size.texels() as f64,
             plan.memory.placed as f64 / (1 << 20) as f64,
         ];
-        Self { name, figures, memory: Some(plan.memory) }
+        Self { name, figures, values: values(graph), memory: Some(plan.memory) }
     }
 
     fn line(&self) -> String {
         let [megabytes, passes, batches, operations, memory] = self.figures;
-        format!("{:<26}{megabytes:>9.1}{passes:>5}{batches:>5}{operations:>9.1}{memory:>8.1}", self.name)
+        format!(
+            "{:<26}{megabytes:>9.1}{passes:>5}{batches:>5}{operations:>9.1}{memory:>8.1} {}",
+            self.name, self.values
+        )
     }
 
     fn parse(line: &str) -> Option<Self> {
         let mut words: Vec<&str> = line.split_whitespace().collect();
+        let values = words.pop()?.to_owned();
         let figures = words.split_off(words.len().checked_sub(5)?);
         let figures: Vec<f64> = figures.into_iter().map(|figure| figure.parse().ok()).collect::<Option<_>>()?;
-        Some(Self { name: words.join(" "), figures: figures.try_into().ok()?, memory: None })
+        Some(Self { name: words.join(" "), figures: figures.try_into().ok()?, values, memory: None })
     }
 
-    /// Whether a figure is neither higher nor lower than the known one.
+    /// True if no figure is higher or lower than the known one, and no value has changed.
     fn is_as_known(&self, known: &Self) -> bool {
         let mut pairs = self.figures.iter().zip(known.figures);
-        self.name == known.name && pairs.all(|(new, old)| (new - old).abs() <= (TOLERANCE * old).max(0.051))
+        self.name == known.name
+            && self.values == known.values
+            && pairs.all(|(new, old)| (new - old).abs() <= (TOLERANCE * old).max(0.051))
     }
+}
+
+/// A hash of what the file of a pipeline, those that it extends and a tier set: the values of all parameters, and the
+/// options and wires of nodes.
+fn values(graph: &Graph) -> String {
+    let mut text = String::new();
+    for node in &graph.nodes {
+        let GraphNode { name, wires, off, format, bake, every, .. } = node;
+        let (kind, values) = (node.kind().name(), node.instance.values());
+        writeln!(text, "{name} {kind} {wires:?} {off} {format:?} {bake:?} {every} {values:?}").expect("a string grows");
+    }
+    format!("{:08x}", fnv1a(text.as_bytes()) as u32)
 }
 
 /// The operations of all invocations of a pass.
@@ -135,8 +156,13 @@ fn no_pipeline_costs_more_than_is_known() {
 #[test]
 fn a_price_that_differs_by_more_than_the_tolerance_is_noticed() {
     let figures = |operations| [200.0, 12.0, 9.0, operations, 37.5];
-    let of = |operations| Prices { name: "lynx low".into(), figures: figures(operations), memory: None };
+    let with = |operations, values: &str| {
+        let (name, values) = ("lynx low".to_owned(), values.to_owned());
+        Prices { name, figures: figures(operations), values, memory: None }
+    };
+    let of = |operations| with(operations, "0123abcd");
     let known = Prices::parse(&of(500.0).line()).expect("a line can be read");
     assert!([490.1, 500.0, 509.9].into_iter().all(|operations| of(operations).is_as_known(&known)));
     assert!([489.0, 511.0].into_iter().all(|operations| !of(operations).is_as_known(&known)));
+    assert!(!with(500.0, "0123abce").is_as_known(&known));
 }
