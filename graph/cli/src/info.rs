@@ -25,7 +25,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     }
     let (mut objects, mut status) = (Vec::new(), 0);
     for source in &sources {
-        let described = match is_film(&source.path) {
+        let described = match is_film(&source.path) && source.layer.is_none() {
             true => Film::open(&source.path).map(|film| film.description()),
             false => read_description(source),
         };

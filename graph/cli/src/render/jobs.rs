@@ -32,8 +32,12 @@ pub(super) type Films = BTreeMap<String, Film>;
 
 /// Opens the films among the files of inputs.
 pub(super) fn films(files: &[(String, String)]) -> Result<Films, Failure> {
-    let films = files.iter().filter(|(_, file)| is_film(file));
-    films.map(|(name, file)| Ok((name.clone(), Film::open(Path::new(file))?))).collect()
+    let mut films = Films::new();
+    for (name, file) in files.iter().filter(|(_, file)| is_film(file)) {
+        FrameFiles::new(file)?;
+        films.insert(name.clone(), Film::open(Path::new(file))?);
+    }
+    Ok(films)
 }
 
 /// The files of all frames.
