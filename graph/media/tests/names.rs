@@ -211,7 +211,10 @@ fn every_known_signature_is_named() {
         Input::Single(source) => source,
         Input::Sequence(_) => panic!("one file has a layer"),
     };
-    assert_eq!((&*read(&layer).unwrap_err().message, layer.layer.as_deref()), ("this is a file of Photoshop", Some("Z")));
+    assert_eq!(
+        (&*read(&layer).unwrap_err().message, layer.layer.as_deref()),
+        ("this is a file of Photoshop", Some("Z"))
+    );
     let raw = read(&Source::file(folder.with("shot.raw", b"\x01\x02\x03\x04"))).unwrap_err();
     assert_eq!(raw.message, "this is a raw file of a camera, by its name");
     assert!(raw.hint.is_some_and(|way| way.contains("darktable-cli")));

@@ -9,7 +9,7 @@ use super::ffmpeg::probe;
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
 use crate::codec::signals::{Layout, Weights};
-use crate::codec::{CodecError, Description, ErrorKind};
+use crate::codec::{CodecError, Description, ErrorKind, no_layers};
 use crate::files::{FileError, Source};
 
 /// A film, described by its headers.
@@ -69,10 +69,14 @@ impl Film {
     /// Asks `ffprobe` for the headers of a film, and for the times of all frames.
     ///
     /// # Errors
-    /// There is no such file or no such program, the file has no film, or one that cannot be converted.
-    pub fn open(path: &Path) -> Result<Self, FileError> {
-        Source::file(path).open()?;
+    /// There is no such file or no such program, the file has no film, or one that cannot be converted; a layer is named.
+    pub fn open(source: &Source) -> Result<Self, FileError> {
+        source.open()?;
+        let path = &*source.path;
         let at = |error: CodecError| FileError::at(path, error);
+        if let Some(layer) = &source.layer {
+            return Err(at(no_layers(layer)));
+        }
         let entries = "stream=codec_name,width,height,pix_fmt,time_base,color_range,color_space,color_transfer,\
                        color_primaries,field_order,sample_aspect_ratio:stream_side_data=rotation:\
                        stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE:format=start_time";

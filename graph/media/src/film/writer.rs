@@ -133,7 +133,8 @@ impl FilmWriter {
         let input = process.child.stdin.take().expect("it is a pipe");
         let layout = preset.layout();
         let mut frames = BufWriter::new(input);
-        if matroska::begin(&mut frames, size, layout.code()).is_err() {
+        let usual = (times.frame_seconds() * 1e9).round() as u64;
+        if matroska::begin(&mut frames, size, layout.code(), usual).is_err() {
             return Err(process.failure());
         }
         let pixels = size.0 as usize * size.1 as usize;
