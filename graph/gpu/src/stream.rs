@@ -183,9 +183,9 @@ impl Readback {
         padded_bytes(desc).min(self.piece.max(pitch))
     }
 
-    /// The texels of a texture, 32-bit depth as `R32Float`, without a stencil. Formats of 8 bits that no image of a plan
-    /// has, such as those of windows, become `Rgba32Float`, with the numbers that shaders read: sRGB is decoded. Waits
-    /// for the GPU. A texture that is larger than a buffer may be is read in pieces.
+    /// The texels of a texture, 32-bit depth as `R32Float`, without a stencil. Formats of 8 bits that no image of a
+    /// plan has, such as those of windows, become `Rgba32Float`, with the numbers that shaders read: sRGB is decoded.
+    /// Waits for the GPU. A texture that is larger than a buffer may be is read in pieces.
     ///
     /// # Errors
     /// [`GpuError::Format`] for a texture in another format, [`GpuError::DeviceLost`], [`GpuError::OutOfMemory`],

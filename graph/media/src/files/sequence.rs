@@ -12,7 +12,6 @@ use std::sync::OnceLock;
 
 use super::regular;
 use crate::codec::{ErrorKind, ForeignFormat, ImageFormat};
-use crate::film::is_film;
 use crate::{FileError, Source};
 
 /// The most digits of a frame's number. File systems have no longer names.
@@ -168,7 +167,7 @@ impl Pattern {
             );
         }
         let Some(found) = placeholder(file) else { return Ok(None) };
-        if is_film(file) {
+        if ForeignFormat::of_name(file).is_some_and(|format| format.is_film()) {
             return Err(naming(name, "a film has all of its frames in one file").hint("leave the placeholder out"));
         }
         let (before, after) = (&file[..found.start], &file[found.end..]);

@@ -69,7 +69,8 @@ impl Film {
     /// Asks `ffprobe` for the headers of a film, and for the times of all frames.
     ///
     /// # Errors
-    /// There is no such file or no such program, the file has no film, or one that cannot be converted; a layer is named.
+    /// There is no such file or no such program, the file has no film, or one that cannot be converted; a layer is
+    /// named.
     pub fn open(source: &Source) -> Result<Self, FileError> {
         source.open()?;
         let path = &*source.path;
