@@ -63,7 +63,7 @@ fn a_film_has_a_way_in_wherever_it_is_no_film() {
         ("info a.mov#layer", "only EXR files have layers"),
         ("measure p.ron a.mov", "this is a film"),
         ("check a.mov", "`a.mov` is a film, not a pipeline"),
-        ("render p.ron a.####.mov -o out.mov", "a film has all of its frames in one file"),
+        ("render p.ron a.####.mov -o out.#.exr", "a film has all of its frames in one file"),
         ("render p.ron in.exr -o out.####.mov", "a film has all of its frames in one file"),
         ("pipelines lynx --write a.mov", "`a.mov` is no name of a pipeline"),
     ] {
