@@ -12,6 +12,7 @@ mod errors;
 mod explain;
 mod films;
 mod folders;
+mod foreign;
 mod gaps;
 mod hostile;
 mod info;

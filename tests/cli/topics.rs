@@ -64,6 +64,13 @@ fn every_word_of_a_user_leads_to_a_page() {
         ("duotone", "GradientMap"),
         ("star", "Streaks"),
         ("clarity", "LocalToneMap"),
+        ("warmer", "WhiteBalance"),
+        ("brighter", "Exposure"),
+        ("dark corners", "Vignette"),
+        ("blurry background", "DepthOfField"),
+        ("black and white", "Saturation"),
+        ("sepia", "GradientMap"),
+        ("old movie", "FilmGrain"),
     ] {
         let told = folder.run(&format!("nodes {words}")).good();
         assert!(told.contains(kind), "{words}:\n{told}");

@@ -41,6 +41,12 @@ def times(name):
     return sorted(float(word.strip(",")) for word in text.decode().split())
 
 
+def time_codes(name):
+    entries = "stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE"
+    words = ["ffprobe", "-v", "error", "-select_streams", "v:0", "-show_entries", entries, "-of", "default=nw=1:nk=1", name]
+    return set(run(*words).decode().split())
+
+
 def sound(name):
     return run("ffmpeg", "-v", "error", "-i", name, "-map", "0:a", "-c", "copy", "-f", "md5", "-")
 
@@ -80,7 +86,7 @@ def main(program):
     source("twelve.mkv", "yuv444p12le", "bt709", "bt709", "bt709", lossless)
     source("pq.mkv", "yuv444p10le", "bt2020", "smpte2084", "bt2020nc", lossless)
     source("hlg.mkv", "yuv444p10le", "bt2020", "arib-std-b67", "bt2020nc", lossless)
-    source("sdr.mov", "yuv422p10le", "bt709", "bt709", "bt709", ["-c:v", "prores_ks", "-profile:v", "hq"])
+    source("sdr.mov", "yuv422p10le", "bt709", "bt709", "bt709", ["-c:v", "prores_ks", "-profile:v", "hq", "-timecode", "01:00:59:20"])
     # Frames of 1, 2 and 3 steps.
     source("times.mov", "yuv422p10le", "bt709", "bt709", "bt709", ["-c:v", "prores_ks", "-video_track_timescale", "24000", "-enc_time_base", "1/24000"],
            times="1001*(N+mod(N\\,3)*(mod(N\\,3)-1)/2)/24000/TB")
@@ -123,6 +129,12 @@ def main(program):
     run(program, "render", "sdr.ron", "sdr.mov", "-o", "part.mov", "--frames", "7-12")
     part, whole = frames("part.mov"), frames("sdr.mov")
     check("a range of frames is that range", len(part) == 6 and numpy.abs(part - whole[6:12]).mean() < 0.01 and abs(times("part.mov")[0]) < 1e-6)
+    check("the time code of a range is that of its first frame", time_codes("part.mov") == {"01:01:00:02"})
+    for name in ["whole.mov", "whole.mp4", "whole.mkv"]:
+        run(program, "render", "sdr.ron", "sdr.mov", "-o", name)
+        run(program, "render", "sdr.ron", name, "-o", "second.mov", "--frames", "2-3")
+        found = time_codes(name), time_codes("second.mov")
+        check(f"{name}: time codes {found}", found == ({"01:00:59:20"}, {"01:00:59:21"}))
     run(program, "render", "sdr.ron", "sdr.mkv", "-o", "frame.##.png", "--depth", "16", "--frames", "3-5")
     run(program, "render", "sdr.ron", "frame.##.png", "-o", "back.mov", "--fps", "23.976")
     check("numbered images at 23.976", probe("back.mov")["r_frame_rate"] == "24000/1001" and len(times("back.mov")) == 3)

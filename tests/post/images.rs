@@ -275,10 +275,19 @@ fn the_depth_next_to_a_stencil_is_read_through_any_view() {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         clear_depth(&gpu, &depth);
+        match (format, download(&gpu.device, &gpu.queue, &depth)) {
+            (Depth32FloatStencil8, texels) => {
+                assert!(texels.unwrap().to_floats().iter().all(|texel| texel[0] == 0.625));
+            }
+            // WebGPU has no copy of it.
+            (_, refused) => assert!(refused.unwrap_err().to_string().contains("Depth24PlusStencil8")),
+        }
         for aspect in [wgpu::TextureAspect::All, wgpu::TextureAspect::DepthOnly] {
             let view = depth.create_view(&wgpu::TextureViewDescriptor { aspect, ..Default::default() });
             for _ in 0..2 {

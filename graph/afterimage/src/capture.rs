@@ -34,8 +34,8 @@ impl Post {
     ///
     /// # Errors
     /// The host has given a graph without files; an image cannot be read back, because its texture lacks `COPY_SRC`,
-    /// has several samples or slices or a format that no pipeline stores; a block is no camera; a file cannot be
-    /// written.
+    /// has several samples or slices or a format that cannot be copied, such as `Depth24Plus`; a block is no camera; a
+    /// file cannot be written.
     pub fn capture(&self, gpu: &Gpu, frame: &Frame<'_>, folder: &Path) -> Result<(), Error> {
         let mut capture = Capture { folder, words: Vec::new() };
         capture.write_pipeline(self)?;

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let (mut objects, mut status) = (Vec::new(), 0);
     for source in &sources {
         let described = match is_film(&source.path) {
-            true => Film::open(&source.path).map(|film| film.description()),
+            true => Film::open(source).map(|film| film.description()),
             false => read_description(source),
         };
         let described = described.and_then(|description| {

@@ -43,9 +43,6 @@ const TEMPLATE: &str = include_str!("scaffold/look.ron");
 
 /// Writes a new pipeline from the template, and tells what to do with it.
 pub(crate) fn new(file: &Path) -> Result<(), Failure> {
-    if file.extension().is_none_or(|ending| ending != "ron") {
-        return Err(Failure::user(format!("`{}` is no name of a pipeline", file.display())).hint("it ends in `.ron`"));
-    }
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let path = shown_path(file);
     write_with_files(file, &TEMPLATE.replace("NAME", &shown(&name)).replace("FILE", &path), &[])?;
@@ -79,6 +76,9 @@ fn write(name: &str, text: &str, file: &Path, tables: &[&[NodeKind]]) -> Result<
 
 /// Writes a new pipeline, and the files that it names next to it: all of them or none. What is there is not replaced.
 pub(crate) fn write_with_files(file: &Path, text: &str, named: &[(String, Arc<[u8]>)]) -> Result<(), Failure> {
+    if file.extension().is_none_or(|ending| ending != "ron") {
+        return Err(Failure::user(format!("`{}` is no name of a pipeline", file.display())).hint("it ends in `.ron`"));
+    }
     let own = file.file_name().ok_or_else(|| Failure::user(format!("`{}` is no name of a file", file.display())))?;
     let mut files = vec![(PathBuf::from(own), text.as_bytes().to_vec())];
     files.extend(named.iter().map(|(name, bytes)| (name.into(), bytes.to_vec())));

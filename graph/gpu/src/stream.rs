@@ -183,9 +183,9 @@ impl Readback {
         padded_bytes(desc).min(self.piece.max(pitch))
     }
 
-    /// The texels of a texture, those of `Depth32Float` as `R32Float`. Formats of 8 bits that no image of a plan has,
-    /// such as those of windows, become `Rgba32Float`, with the numbers that shaders read: sRGB is decoded. Waits for
-    /// the GPU. A texture that is larger than a buffer may be is read in pieces.
+    /// The texels of a texture, 32-bit depth as `R32Float`, without a stencil. Formats of 8 bits that no image of a
+    /// plan has, such as those of windows, become `Rgba32Float`, with the numbers that shaders read: sRGB is decoded.
+    /// Waits for the GPU. A texture that is larger than a buffer may be is read in pieces.
     ///
     /// # Errors
     /// [`GpuError::Format`] for a texture in another format, [`GpuError::DeviceLost`], [`GpuError::OutOfMemory`],
@@ -193,8 +193,14 @@ impl Readback {
     pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
         // Depth is copied as the floats that it is.
         let stored = match texture.format() {
-            wgpu::TextureFormat::Depth32Float => wgpu::TextureFormat::R32Float,
+            wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth32FloatStencil8 => {
+                wgpu::TextureFormat::R32Float
+            }
             format => format,
+        };
+        let aspect = match texture.format().has_stencil_aspect() {
+            true => wgpu::TextureAspect::DepthOnly,
+            false => wgpu::TextureAspect::All,
         };
         let channels = channels_of_8_bits(stored);
         let (format, texel) = match channels {
@@ -206,7 +212,7 @@ impl Readback {
         let pitch = pitch_of(row);
         let mut bytes = Vec::with_capacity(row * rows(size));
         for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
-            let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            let part = wgpu::TexelCopyTextureInfo { origin, aspect, ..texture.as_image_copy() };
             self.read(part, extent, row, pitch, &mut bytes)?;
         }
         if let Some(channels) = channels {

@@ -25,6 +25,8 @@ fn numbered_names_are_told_from_names_with_layers_and_percents() {
         ("shot.hdr#Z", false),
         ("shot.png#Z", false),
         ("shot.dpx#Z", false),
+        ("shot.webp#Z", false),
+        ("shot.mov#Z", false),
         ("shot.##.exr#Z", true),
         ("shot.exr##", true),
         ("day##/shot.png", false),
@@ -205,6 +207,14 @@ fn every_known_signature_is_named() {
             assert_eq!((error.kind, error.message.as_str()), (ErrorKind::Unsupported, message));
         }
     }
+    let layer = match Input::find(&format!("{}#Z", folder.with("a.psd", b"8BPS\0\x01").display()), None).unwrap() {
+        Input::Single(source) => source,
+        Input::Sequence(_) => panic!("one file has a layer"),
+    };
+    assert_eq!(
+        (&*read(&layer).unwrap_err().message, layer.layer.as_deref()),
+        ("this is a file of Photoshop", Some("Z"))
+    );
     let raw = read(&Source::file(folder.with("shot.raw", b"\x01\x02\x03\x04"))).unwrap_err();
     assert_eq!(raw.message, "this is a raw file of a camera, by its name");
     assert!(raw.hint.is_some_and(|way| way.contains("darktable-cli")));

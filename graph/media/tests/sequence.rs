@@ -157,6 +157,10 @@ fn outputs_match_inputs_or_say_why_not() {
         "the name has more than one placeholder; keep one run of `#`, or one `%04d`"
     );
     assert_eq!(
+        names(&many, "out.####.mov").unwrap_err(),
+        "a film has all of its frames in one file; leave the placeholder out"
+    );
+    assert_eq!(
         names(&many, "day.##/out.png").unwrap_err(),
         "a folder cannot be numbered; put the placeholder into the name of the file"
     );

@@ -1,10 +1,10 @@
 //! The frames that `render` makes, and the files of each.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use afterimage_media::film::{Film, is_film};
-use afterimage_media::sequence::FrameFiles;
+use afterimage_media::sequence::{FrameFiles, split_layer};
 use afterimage_media::{FileError, Source, sequence};
 
 use super::target::Target;
@@ -32,8 +32,15 @@ pub(super) type Films = BTreeMap<String, Film>;
 
 /// Opens the films among the files of inputs.
 pub(super) fn films(files: &[(String, String)]) -> Result<Films, Failure> {
-    let films = files.iter().filter(|(_, file)| is_film(file));
-    films.map(|(name, file)| Ok((name.clone(), Film::open(Path::new(file))?))).collect()
+    let mut films = Films::new();
+    for (name, file) in files {
+        let (path, layer) = split_layer(file);
+        if is_film(path) {
+            FrameFiles::new(file)?;
+            films.insert(name.clone(), Film::open(&Source { path: path.into(), layer })?);
+        }
+    }
+    Ok(films)
 }
 
 /// The files of all frames.

@@ -7,6 +7,7 @@ use afterimage_graph::color::Transfer;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::image::ColorState;
 use afterimage_media::film::{Preset, is_film};
+use afterimage_media::sequence::Pattern;
 use afterimage_media::{Alpha, Encoding, ForeignFormat, ImageFormat};
 
 use crate::args::{AlphaChoice, RenderArgs};
@@ -165,6 +166,7 @@ fn film(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) ->
         return Err(Failure::user(format!("`--skip-existing` is for numbered images, and `{file}` is one film"))
             .hint("`--frames` renders a part of a film to a film of its own"));
     }
+    Pattern::parse(&file)?;
     let output = choose_output(graph, output, true)?;
     let color = graph.colors().at(output.source);
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));

@@ -123,31 +123,43 @@ fn choices(param: &Param) -> &'static [ChoiceName] {
 }
 
 /// Words of the field that no manual has, and words of the manuals that say the same.
-const SYNONYMS: [(&str, &str); 24] = [
+const SYNONYMS: [(&str, &str); 36] = [
     ("aa", "smooths edges"),
     ("adaptation", "adapts"),
-    ("antialiasing", "smooths edges"),
     ("anti-aliasing", "smooths edges"),
+    ("antialiasing", "smooths edges"),
     ("ao", "ambient occlusion"),
+    ("black and white", "saturation"),
+    ("blurry background", "focus"),
     ("bokeh", "focus"),
+    ("brighter", "exposure"),
     ("bw", "saturation"),
+    ("cartoon", "halftone"),
     ("clarity", "contrast regions"),
     ("comic", "halftone"),
+    ("cooler", "temperature"),
     ("crop", "cuts sides"),
+    ("dark corners", "vignette"),
+    ("darker", "exposure"),
     ("defocus", "focus"),
-    ("eye adaptation", "adapts"),
     ("duotone", "gradient luminance"),
+    ("eye adaptation", "adapts"),
     ("fisheye", "bends lens"),
     ("glow", "bloom"),
+    ("grayscale", "saturation"),
     ("lightshafts", "shafts"),
-    ("mips", "pyramid"),
     ("miniature", "tilt-shift"),
+    ("mips", "pyramid"),
     ("monochrome", "saturation"),
     ("msaa", "multisampled"),
+    ("old movie", "film grain"),
     ("posterize", "levels channel"),
     ("resize", "scales image"),
+    ("sepia", "gradient luminance"),
     ("tonemapping", "tone curve"),
     ("velocity", "moves path"),
+    ("warm", "temperature"),
+    ("warmer", "temperature"),
 ];
 
 /// The words without endings of grammar: those of `grading` and of `grades` are equal.

@@ -18,7 +18,8 @@ pub struct ForeignFormat {
 /// Films are no images, but frames of them are.
 const FILM: ForeignFormat = ForeignFormat {
     what: "a film",
-    way: "`afterimage render PIPELINE FILM -o out.mov` reads it by `ffmpeg`; its name ends in .mov, .mp4 or .mkv",
+    way: "`afterimage render PIPELINE IN.mov -o out.mov` reads a whole film, by `ffmpeg`; elsewhere take frames of it: \
+          `ffmpeg -i IN.mov frame.%04d.png`",
     endings: &["mov", "mp4", "mkv", "m4v", "mxf", "webm", "avi", "mts", "m2ts", "wmv", "flv"],
     signatures: &[(4, b"ftyp"), (4, b"moov"), (0, b"\x1a\x45\xdf\xa3"), (8, b"AVI "), (0, b"\x06\x0e\x2b\x34")],
 };
@@ -106,6 +107,11 @@ impl ForeignFormat {
     pub fn of_name(path: impl AsRef<Path>) -> Option<Self> {
         let ending = path.as_ref().extension()?.to_string_lossy().to_ascii_lowercase();
         ALL.into_iter().find(|format| format.endings.contains(&&*ending))
+    }
+
+    /// The endings of names of all such files.
+    pub(crate) fn all_endings() -> impl Iterator<Item = &'static str> {
+        ALL.iter().flat_map(|format| format.endings).copied()
     }
 
     /// True for films.

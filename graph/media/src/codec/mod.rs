@@ -225,7 +225,7 @@ pub fn measure(
     Ok(description.parts.iter().map(|part| statistics::of_picture(&picture, &names(part))).collect())
 }
 
-fn no_layers(layer: &str) -> CodecError {
+pub(crate) fn no_layers(layer: &str) -> CodecError {
     CodecError::new(ErrorKind::Naming, format!("only EXR files have layers, so `#{layer}` means nothing here"))
         .hint("leave out what follows the file's name")
 }

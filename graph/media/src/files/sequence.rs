@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::regular;
-use crate::codec::{ErrorKind, ImageFormat};
+use crate::codec::{ErrorKind, ForeignFormat, ImageFormat};
 use crate::{FileError, Source};
 
 /// The most digits of a frame's number. File systems have no longer names.
@@ -167,6 +167,9 @@ impl Pattern {
             );
         }
         let Some(found) = placeholder(file) else { return Ok(None) };
+        if ForeignFormat::of_name(file).is_some_and(|format| format.is_film()) {
+            return Err(naming(name, "a film has all of its frames in one file").hint("leave the placeholder out"));
+        }
         let (before, after) = (&file[..found.start], &file[found.end..]);
         if placeholder(after).is_some() {
             return Err(
@@ -349,8 +352,9 @@ pub fn split_layer(name: &str) -> (&str, Option<String>) {
         return (name, None);
     }
     let lower = name.to_ascii_lowercase();
-    let endings = ImageFormat::readable().flat_map(ImageFormat::endings);
-    let ends = endings.map(|ending| format!(".{ending}#"));
+    // A layer of a file that is not read is an error about that file.
+    let readable = ImageFormat::readable().flat_map(ImageFormat::endings).copied();
+    let ends = readable.chain(ForeignFormat::all_endings()).map(|ending| format!(".{ending}#"));
     match ends.filter_map(|end| Some(lower.rfind(&end)? + end.len())).max() {
         Some(at) if at < name.len() && !name[at..].starts_with('#') => (&name[..at - 1], Some(name[at..].to_owned())),
         _ => (name, None),

@@ -8,8 +8,9 @@ const INFO: u32 = 0x1549_a966;
 const TRACKS: u32 = 0x1654_ae6b;
 const CLUSTER: u32 = 0x1f43_b675;
 
-/// Writes the headers of a stream of frames in nanoseconds; `code` names the layout of a frame.
-pub(super) fn begin(to: &mut impl Write, (width, height): (u32, u32), code: [u8; 4]) -> io::Result<()> {
+/// Writes the headers of a stream of frames in nanoseconds; `code` names the layout of a frame, and `usual` is the
+/// usual distance of two, without which few frames have no time code.
+pub(super) fn begin(to: &mut impl Write, (width, height): (u32, u32), code: [u8; 4], usual: u64) -> io::Result<()> {
     let mut video = Vec::new();
     element(&mut video, 0xb0, &width.to_be_bytes());
     element(&mut video, 0xba, &height.to_be_bytes());
@@ -19,6 +20,7 @@ pub(super) fn begin(to: &mut impl Write, (width, height): (u32, u32), code: [u8;
     element(&mut entry, 0x73c5, &[1]);
     element(&mut entry, 0x83, &[1]);
     element(&mut entry, 0x86, b"V_UNCOMPRESSED");
+    element(&mut entry, 0x23_e383, &usual.to_be_bytes());
     element(&mut entry, 0xe0, &video);
     let mut tracks = Vec::new();
     element(&mut tracks, 0xae, &entry);

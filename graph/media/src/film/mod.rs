@@ -8,6 +8,7 @@ mod matroska;
 mod preset;
 mod probe;
 mod reader;
+mod timecode;
 mod timeline;
 mod writer;
 

@@ -9,7 +9,7 @@ use super::ffmpeg::probe;
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
 use crate::codec::signals::{Layout, Weights};
-use crate::codec::{CodecError, Description, ErrorKind};
+use crate::codec::{CodecError, Description, ErrorKind, no_layers};
 use crate::files::{FileError, Source};
 
 /// A film, described by its headers.
@@ -27,6 +27,8 @@ pub struct Film {
     states_color: bool,
     /// The width of a pixel to its height, as `ffmpeg` writes it.
     pub(super) aspect: Option<String>,
+    /// The time code of its first frame; empty for none.
+    pub(super) timecode: String,
     pub(super) layout: Layout,
     pub(super) weights: Weights,
     pub(super) color: (Chromaticities, Transfer),
@@ -67,12 +69,18 @@ impl Film {
     /// Asks `ffprobe` for the headers of a film, and for the times of all frames.
     ///
     /// # Errors
-    /// There is no such file or no such program, the file has no film, or one that cannot be converted.
-    pub fn open(path: &Path) -> Result<Self, FileError> {
-        Source::file(path).open()?;
+    /// There is no such file or no such program, the file has no film, or one that cannot be converted; a layer is
+    /// named.
+    pub fn open(source: &Source) -> Result<Self, FileError> {
+        source.open()?;
+        let path = &*source.path;
         let at = |error: CodecError| FileError::at(path, error);
+        if let Some(layer) = &source.layer {
+            return Err(at(no_layers(layer)));
+        }
         let entries = "stream=codec_name,width,height,pix_fmt,time_base,color_range,color_space,color_transfer,\
-                       color_primaries,field_order,sample_aspect_ratio:stream_side_data=rotation:format=start_time";
+                       color_primaries,field_order,sample_aspect_ratio:stream_side_data=rotation:\
+                       stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE:format=start_time";
         let text =
             probe(path, &["-select_streams", "v:0", "-show_entries", entries, "-of", "default=noprint_wrappers=1"])?;
         let stated = Stated::of(&text);
@@ -98,9 +106,11 @@ impl Film {
         let turned = stated.get("rotation").parse().is_ok_and(|degrees: f64| (degrees / 90.0).round() % 2.0 != 0.0);
         let size = if turned { (height, width) } else { (width, height) };
         let aspect = Some(stated.get("sample_aspect_ratio")).filter(|aspect| !matches!(*aspect, "" | "N/A" | "0:1"));
+        let timecodes = ["TAG:timecode", "TAG:TIMECODE"].map(|tag| stated.get(tag));
+        let timecode = timecodes.into_iter().find(|text| !text.is_empty()).unwrap_or_default().to_owned();
         let (bits, aspect) = (layout.bits, aspect.map(|aspect| aspect.replace(':', "/")));
         let (path, codec) = (path.into(), stated.get("codec_name").to_owned());
-        Ok(Self { path, size, times, bits, codec, states_color, aspect, layout, weights, color, notes })
+        Ok(Self { path, size, times, bits, codec, states_color, aspect, timecode, layout, weights, color, notes })
     }
 
     /// Its headers, described as those of images are.

@@ -12,6 +12,7 @@ use super::ffmpeg::{FILES_ONLY, Process, named, probe};
 use super::matroska;
 use super::preset::Preset;
 use super::probe::DISPLAY;
+use super::timecode;
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
 use crate::codec::signals::{Layout, Weights};
@@ -23,6 +24,8 @@ use crate::files::{AtomicFile, FileError};
 pub struct Sound {
     film: PathBuf,
     aspect: Option<String>,
+    /// The time code of the first frame.
+    timecode: Option<String>,
     /// The seconds of the film where it begins and where it ends.
     span: (f64, f64),
     is_whole: bool,
@@ -34,7 +37,9 @@ impl Sound {
         let times = &film.times;
         let span = (times.seconds(first), times.seconds(last) + times.frame_seconds());
         let is_whole = first == 0 && last + 1 == times.frames();
-        Self { film: film.path.clone(), aspect: film.aspect.clone(), span, is_whole }
+        let (step, before) = (times.frame_seconds(), span.0 - times.seconds(0));
+        let timecode = timecode::after(&film.timecode, (before / step).round() as u64, 1.0 / step);
+        Self { film: film.path.clone(), aspect: film.aspect.clone(), timecode, span, is_whole }
     }
 
     /// True if some of it is not encoded.
@@ -91,7 +96,11 @@ impl FilmWriter {
         add(&["-map", "0:v:0"]);
         let mut notes = Vec::new();
         if let Some(sound) = sound {
-            add(&["-map", "1:a?", "-map_metadata", "1", "-c:a"]);
+            add(&["-map", "1:a?", "-map_metadata", "1"]);
+            if let Some(timecode) = &sound.timecode {
+                add(&["-timecode", timecode]);
+            }
+            add(&["-c:a"]);
             if preset.container(path) == "mp4" && sound.is_raw()? {
                 add(&["aac", "-b:a", "320k"]);
                 notes.push("the sound is encoded as AAC: players take no PCM in a .mp4; .mov and .mkv keep it".into());
@@ -124,7 +133,8 @@ impl FilmWriter {
         let input = process.child.stdin.take().expect("it is a pipe");
         let layout = preset.layout();
         let mut frames = BufWriter::new(input);
-        if matroska::begin(&mut frames, size, layout.code()).is_err() {
+        let usual = (times.frame_seconds() * 1e9).round() as u64;
+        if matroska::begin(&mut frames, size, layout.code(), usual).is_err() {
             return Err(process.failure());
         }
         let pixels = size.0 as usize * size.1 as usize;
