@@ -80,8 +80,8 @@ struct Column {
 
 impl Column {
     /// Functions that read many texels are called for pixels beside each other: where they read the same texel around
-    /// two pixels, drivers load it once. On an H200 at 4K, `Cas` takes 73 us so, and 112 us with rows eight apart. In an
-    /// image that ends within a column they are apart, because the limit of such places hides that texels are the same.
+    /// two pixels, drivers load it once. On an H200 at 4K, `Cas` takes 73 us so, and 112 us with rows eight apart. They
+    /// are apart in an image that ends within a column, because the limit of such places hides that texels are the same.
     fn of(code: &PassCode<'_>, size: Size) -> Column {
         const FEW: usize = 2;
         let reads_few = code.pass.kernels.iter().all(|kernel| kernel.shader.texel_reads(&kernel.function) <= FEW);
@@ -90,8 +90,8 @@ impl Column {
         Column { rows, apart: if is_whole && !reads_few { 1 } else { HEIGHT }, reads_few }
     }
 
-    /// The expression of an invocation's first texel in its workgroup, from the bottom up. Invocations that run together
-    /// share more texels in blocks than in rows: on an H200 at 4K, `Fxaa` takes 8 us less, of 106.
+    /// The expression of an invocation's first texel in its workgroup, from the bottom up. Invocations that run
+    /// together share more texels in blocks than in rows: on an H200 at 4K, `Fxaa` takes 8 us less, of 106.
     fn first(&self) -> String {
         if self.reads_few {
             return "local.xy".into();
