@@ -67,7 +67,7 @@ impl Viewer {
         }
         Panel::bottom("picture bar").show(ui, |ui| {
             ui.horizontal(|ui| toolbar::picture_bar(ui, &mut self.picture));
-            toolbar::time_bar(ui, &mut self.model);
+            toolbar::time_bar(ui, &mut self.model, false);
         });
     }
 
@@ -82,7 +82,9 @@ impl Viewer {
         let window = ui.available_size();
         let picture = Subject::of(&self.model)
             .map_or(9.0 / 16.0, |subject| subject.image.height() as f32 / subject.image.width() as f32);
-        let bars = BARS + if window.x < toolbar::MIN_TIME_BAR { SECOND_ROW } else { 0.0 };
+        // A flat window has no room for a second row.
+        let is_split = arrangement == Arrangement::Below && window.x < toolbar::MIN_TIME_BAR;
+        let bars = BARS + if is_split { SECOND_ROW } else { 0.0 };
         let rest = window.y - window.x * picture - bars;
         match (arrangement, self.tabs.open) {
             (_, None) => drop(Panel::bottom("closed narrow tabs").show(ui, |ui| self.tab_bar(ui))),
@@ -98,7 +100,7 @@ impl Viewer {
         }
         Panel::bottom("narrow picture bar").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| toolbar::picture_bar(ui, &mut self.picture));
-            toolbar::time_bar(ui, &mut self.model);
+            toolbar::time_bar(ui, &mut self.model, is_split);
         });
     }
 

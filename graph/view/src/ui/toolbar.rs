@@ -13,7 +13,7 @@ use crate::model::{CompareWith, Editor, Model, Slot, TextProject};
 
 /// The length of the time bar where no sequence of images has one.
 const TIME_BAR_SECONDS: f64 = 40.0;
-/// The least width of a bar of the time in one row.
+/// The least width of a bar of the time in one row, if there is room for two.
 pub(super) const MIN_TIME_BAR: f32 = 620.0;
 /// The width of the time and the number of the frame beside the slider.
 const TIME_LABEL: f32 = 250.0;
@@ -220,9 +220,9 @@ pub(super) fn picture_bar(ui: &mut Ui, view: &mut PictureView) {
     }
 }
 
-/// The bar of the time, in two rows where one is too short.
-pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
-    if ui.available_width() < MIN_TIME_BAR {
+/// The bar of the time, in one row or in two.
+pub(super) fn time_bar(ui: &mut Ui, model: &mut Model, is_split: bool) {
+    if is_split {
         ui.horizontal(|ui| time_buttons(ui, model));
         ui.horizontal(|ui| time_slider(ui, model));
     } else {
