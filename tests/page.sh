@@ -74,6 +74,15 @@ echo "sentences and addresses"
 browse sentences "$site" || fail "the page does not say what is wrong"
 browse address "$site" || fail "the address and the page differ"
 
+echo "files that are dropped"
+cp "$work/scene/scene.exr" "$work/site/photo.exr"
+cp pipelines/caracal.ron "$work/site/dropped.ron"
+camera='{ "view": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+    "projection": [[1, 0, 0, 0], [0, 1.8, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]] }'
+echo "$camera" >"$work/site/camera.json"
+echo "${camera/view/vie}" >"$work/site/broken.json"
+browse drop "$site" || fail "what is dropped is not opened"
+
 for size in 390x844 768x1024 1400x900; do
     echo "$size"
     browse shot "$site/#pipeline=tsushima&image=scene.exr&still" "$out/$size.png" 40 "$size" || fail "the page has errors"

@@ -2,14 +2,16 @@
 # Drives the viewer's window as a person would, on a display of its own: tests/view.sh [FOLDER for the screenshots]
 # Each gesture is judged by the file that is saved, by the window's title or by files that are written; screenshots are
 # compared where the picture must change, or must not. MINUTES=10 also drags for so long, and measures memory.
-# Needs Xvfb, openbox, xdotool and ImageMagick, and takes some minutes on a processor:
-#   apt-get install -y xvfb openbox xdotool imagemagick mesa-vulkan-drivers
+# Needs Xvfb, openbox, xdotool, ImageMagick and python-xlib, and takes some minutes on a processor:
+#   apt-get install -y xvfb openbox xdotool imagemagick mesa-vulkan-drivers; pip install python-xlib
 set -euo pipefail
 cd "$(dirname "$0")/.."
+tests=$PWD/tests
 
 for need in Xvfb openbox xdotool import; do
     command -v "$need" >/dev/null || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
 done
+python3 -c 'import Xlib' 2>/dev/null || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
 out=$(mkdir -p "${1:-out/view}" && cd "${1:-out/view}" && pwd)
 work=$(mktemp -d)
 display=:$((90 + $$ % 100))
@@ -81,6 +83,7 @@ RON
 # Places in a window of 1280x720, for `click` and `drag`. The graph is another one after each edit.
 more_of_scene=(236 93) path_of_depth=(165 117) more_of_camera=(236 141) picture=(700 250)
 strength=(185 192 215 192) weaker=(215 192 130 192)
+row_of_depth=(50 117) thumbnails=(333 527) small=(333 403) text=(72 527)
 pick=(212 175) wall=(400 340) bent=(770 624) curve=(156 247 156 210) menu=(44 12) before=(50 112)
 rewire=(939 636 455 633) wire=(796 681) node=(700 661) output=(571 638)
 
@@ -88,6 +91,11 @@ fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
 alive() { kill -0 $viewer 2>/dev/null || fail "the viewer has ended after: $1"; }
 settle() { sleep "${1:-3}"; }
 title() { xdotool getwindowname "$window"; }
+# Whether the title begins with a text, once a busy machine has come to it.
+titled() {
+    for _ in $(seq 30); do [[ $(title) == "$1"* ]] && return; sleep 1; done
+    fail "the title is $(title), and not $1"
+}
 # Opens a window of a size in points, at a scale.
 open_window() {
     WINIT_X11_SCALE_FACTOR=$2 "$program" view "${@:3}" --window "$1" >"$work/log" 2>&1 & viewer=$!
@@ -127,6 +135,10 @@ drag() {
     xdotool mousemove --window "$window" "$3" "$4"; settle 2
     xdotool mouseup 1; settle 1
 }
+# Drops a file on a place of the window.
+drop() { python3 "$tests/drag_source.py" "$window" "$1" "$2" "$3" || fail "$3 cannot be dropped"; settle 2; }
+# The number of colors of the graph: boxes and wires have few.
+colors() { convert "$out/$1.png" -crop 1260x140+10+560 -format %k info:; }
 # The parameters from the first one on.
 top() { xdotool mousemove --window "$window" 150 300 click --repeat 60 --delay 20 4; settle 2; }
 words() { xdotool type --delay 150 "$1"; settle 1; }
@@ -235,7 +247,7 @@ key h; shot alone; key h
 echo "saved as another file, which the check accepts"
 key ctrl+shift+s; key ctrl+a; words second.ron; key Return; settle
 cmp second.ron first.ron || fail "the second file is another one"
-[[ $(title) == second.ron* ]] || fail "the title is $(title)"
+titled second.ron
 "$program" check second.ron >/dev/null
 
 echo "resized and minimized"
@@ -290,6 +302,37 @@ done
 echo "a pipeline that was opened before is opened again"
 click "${menu[@]}"; shot menu
 click "${before[@]}"; settle
-[[ $(title) == second.ron* ]] || fail "the title is $(title)"
+titled second.ron
+close_window
+
+echo "files are dropped: on the picture, on the row of an input, a pipeline on the window"
+cp z.exr 0001.exr
+open_window 1280x720 1 look.ron --size 320x180
+opened scene
+drop "${picture[@]}" photo.exr
+titled "look.ron – photo.exr"
+drop "${picture[@]}" camera.json
+shot without-depth
+# Its name does not tell its input: the place does.
+drop "${row_of_depth[@]}" 0001.exr
+shot with-depth; far without-depth with-depth
+titled "look.ron – photo.exr"
+drop "${picture[@]}" grade.ron
+titled "grade.ron – photo.exr"
+
+echo "wires have small pictures on request"
+opened small
+few=$(colors small)
+click "${thumbnails[@]}"
+for _ in $(seq 30); do settle; still thumbnails || true; [ "$(colors thumbnails)" -gt $((4 * few)) ] && break; done
+[ "$(colors thumbnails)" -gt $((4 * few)) ] || fail "the graph has $(colors thumbnails) colors, and $few before"
+click "${small[@]}"
+
+echo "a value is completed in the text"
+click "${text[@]}"
+key ctrl+f; words Srgb; key Escape; key BackSpace BackSpace BackSpace BackSpace; words L
+key ctrl+space; shot completion
+key Return; key ctrl+s; settle
+grep -qF 'transfer: Linear' grade.ron || fail "grade.ron has no Linear: $(grep transfer grade.ron)"
 close_window
 echo "all is well"

@@ -3,6 +3,7 @@
 //   node page.mjs shot ADDRESS FILE.png [S] [WxH]  waits S seconds for the page and stores a screenshot
 //   node page.mjs sentences SITE                   what the page says where it cannot run, and of what it does not find
 //   node page.mjs address SITE                     the address follows the page, and the page the address
+//   node page.mjs drop SITE                        files that are dropped are opened
 import { chromium } from "playwright-core";
 
 const [task, address, file, seconds = "30", size = "1280x720"] = process.argv.slice(2);
@@ -138,7 +139,35 @@ async function follows() {
   await expect("the changed address", hash, hash => hash === "#pipeline=caracal&image=scene.exr&still");
 }
 
-await { modules, shot, sentences, address: follows }[task]();
+// Drops a file of the site on the page, and moves the pointer there, as browsers do after a drop.
+async function drop(page, file, x, y) {
+  const data = await page.evaluateHandle(async file => {
+    const data = new DataTransfer();
+    data.items.add(new File([await (await fetch(file)).blob()], file));
+    return data;
+  }, file);
+  await page.dispatchEvent("#viewer", "drop", { dataTransfer: data });
+  await page.mouse.move(x, y);
+  await shown(page);
+}
+
+async function drops() {
+  const page = await opened(`${address}/#pipeline=cookbook&still`);
+  await running(page);
+  await expect("the title", () => page.title(), title => title.startsWith("cookbook.ron"));
+  await click(page, 640, 300);
+  // On the row of the second input, which the title does not name, then on the picture.
+  await drop(page, "scene.exr", 150, 117);
+  await drop(page, "camera.json", 640, 300);
+  await drop(page, "broken.json", 640, 300);
+  await expect("a camera that is none", () => text(page, "note"), note => note.includes("`broken.json` is no camera"));
+  await drop(page, "photo.exr", 640, 300);
+  await expect("a photo that is dropped", () => page.title(), title => title.includes("photo.exr 320x180"));
+  await drop(page, "dropped.ron", 640, 300);
+  await expect("a pipeline that is dropped", () => page.title(), title => title.startsWith("dropped.ron"));
+}
+
+await { modules, shot, sentences, address: follows, drop: drops }[task]();
 await browser.close();
 for (const fault of faults) console.error(fault);
 process.exit(faults.length > 0 ? 1 : 0);

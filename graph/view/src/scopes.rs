@@ -23,13 +23,13 @@ pub struct Scopes {
     pub range: (f32, f32),
     /// The part of the pixels that has a channel at or over 1, and the part that has none over 0.
     pub clipped: [f32; 2],
-    /// The number of pixels of the picture with NaN.
-    pub nan: u64,
+    /// The number of pixels of the picture with NaN or infinities.
+    pub faults: u64,
 }
 
 impl Scopes {
-    /// The scopes of a grid of `width` columns, whose alpha is the number of pixels with NaN around each place.
-    /// `is_linear` is false for encoded values.
+    /// The scopes of a grid of `width` columns, whose alpha is the number of pixels with NaN or infinities around
+    /// each place. `is_linear` is false for encoded values.
     pub fn of(pixels: &[[f32; 4]], width: usize, is_linear: bool) -> Self {
         let mut scopes = Self {
             histogram: std::array::from_fn(|_| vec![0; COLUMNS]),
@@ -37,7 +37,7 @@ impl Scopes {
             vectors: vec![0; ROWS * ROWS],
             range: range(pixels),
             clipped: clipped(pixels),
-            nan: pixels.iter().map(|pixel| pixel[3] as u64).sum(),
+            faults: pixels.iter().map(|pixel| pixel[3] as u64).sum(),
         };
         for (index, pixel) in pixels.iter().enumerate() {
             scopes.count(index % width.max(1), width, pixel, is_linear);
@@ -81,7 +81,8 @@ fn place(level: f32, steps: usize) -> Option<usize> {
     (!level.is_nan()).then(|| ((level * steps as f32) as isize).clamp(0, steps as isize - 1) as usize)
 }
 
-fn range(pixels: &[[f32; 4]]) -> (f32, f32) {
+/// The least and the largest finite number of the color channels.
+pub(crate) fn range(pixels: &[[f32; 4]]) -> (f32, f32) {
     let finite = pixels.iter().flat_map(|pixel| &pixel[..3]).filter(|number| number.is_finite());
     let (low, high) = finite.fold((f32::MAX, f32::MIN), |(low, high), number| (low.min(*number), high.max(*number)));
     if low <= high { (low, high) } else { (0.0, 1.0) }
@@ -122,6 +123,6 @@ mod tests {
     fn nan_and_infinite_pixels_count_nowhere_or_at_the_end() {
         let scopes = Scopes::of(&[[f32::NAN, f32::INFINITY, 0.5, 7.0]], 1, false);
         assert_eq!(scopes.histogram[0].iter().sum::<u32>(), 0);
-        assert_eq!((scopes.histogram[1][COLUMNS - 1], scopes.range, scopes.nan), (1, (0.5, 0.5), 7));
+        assert_eq!((scopes.histogram[1][COLUMNS - 1], scopes.range, scopes.faults), (1, (0.5, 0.5), 7));
     }
 }

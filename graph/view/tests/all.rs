@@ -10,6 +10,7 @@ mod model;
 mod screen;
 mod statements;
 mod support;
+mod text;
 mod unsaved;
 mod upkeep;
 mod window;

@@ -4,8 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::support::{SIZE, Window, apart, image, model, parameter, picture, settle, texels};
+use afterimage_gpu::wgpu;
 use afterimage_graph::check::Edit;
 use afterimage_graph::value::Value;
+use afterimage_view::render::{Grid, Painter};
 use afterimage_view::{CompareWith, InputFile, InspectedWire, MeasureDifference, Slot, Tab, Target, TextProject};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 
@@ -149,6 +151,46 @@ fn nan_in_an_image_that_is_not_shown_is_found_while_probe_is_on() {
 }
 
 #[test]
+fn infinities_and_nan_are_counted_in_every_channel_and_slice() {
+    let gpu = crate::support::gpu();
+    let painter = Painter::new(gpu, wgpu::TextureFormat::Rgba8Unorm);
+    let mut grid = Grid::new(&gpu.device);
+    let (nan, infinite) = (f32::NAN, f32::NEG_INFINITY);
+    for (dimension, depth, faults) in [
+        (wgpu::TextureDimension::D3, 5, vec![]),
+        (wgpu::TextureDimension::D3, 5, vec![(0, [0.5, infinite, 0.5, 1.0]), (4 * 7 * 3 + 2, [0.5, 0.5, 0.5, nan])]),
+        (wgpu::TextureDimension::D2, 1, vec![(7, [f32::INFINITY; 4])]),
+    ] {
+        let size = wgpu::Extent3d { width: 7, height: 3, depth_or_array_layers: depth };
+        let mut texels = vec![[0.5, 0.5, 0.5, 1.0_f32]; (7 * 3 * depth) as usize];
+        faults.iter().for_each(|(at, texel)| texels[*at as usize] = *texel);
+        let desc = wgpu::TextureDescriptor {
+            label: None,
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        };
+        let image = gpu.device.create_texture(&desc);
+        let bytes: Vec<u8> = texels.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(7 * 16), rows_per_image: Some(3) };
+        gpu.queue.write_texture(image.as_image_copy(), &bytes, layout, size);
+        let mut encoder = gpu.encoder();
+        assert!(grid.record(&gpu.device, &painter, &mut encoder, &image, depth / 2));
+        gpu.queue.submit([encoder.finish()]);
+        grid.request();
+        gpu.wait().unwrap();
+        let pixels = grid.take().unwrap();
+        let counted: f32 = pixels.iter().map(|pixel| pixel[3]).sum();
+        assert_eq!(counted as usize, faults.len(), "{dimension:?}");
+        assert!(pixels.iter().flatten().all(|number| number.is_finite()));
+    }
+}
+
+#[test]
 fn a_pipeline_that_was_opened_before_is_opened_from_the_menu() {
     let mut window = open("lynx");
     let before = [PathBuf::from("/looks/tsushima.ron"), PathBuf::from("/looks/lynx.ron")];
@@ -179,14 +221,21 @@ fn the_layers_of_a_file_are_listed_and_chosen() {
     assert_eq!(named, (Some("scene".to_owned()), "all.exr#albedo".into()));
 }
 
+/// The left end of the slider of a parameter.
+fn slider_of(window: &mut Window, name: &str) -> Pos2 {
+    let texts = window.texts();
+    let (_, area) = texts.iter().find(|(text, _)| text == name).expect("the name is shown");
+    area.left_center() + vec2(104.0, 0.0)
+}
+
 #[test]
 fn usual_parameters_are_above_the_rest_and_set_the_same_value() {
     let mut window = open("lynx");
     window.frame(Vec::new());
     assert!(window.says("Usual"));
     // The name with its node stands there alone.
-    let row = window.place_of("lit.strength");
-    window.drag(row + vec2(70.0, 0.0), row + vec2(100.0, 0.0));
+    let slider = slider_of(&mut window, "lit.strength");
+    window.drag(slider + vec2(40.0, 0.0), slider + vec2(70.0, 0.0));
     let Some(Value::Float(set)) = strength(&window) else { panic!("it is a number") };
     assert!((set - 0.15).abs() > 0.01, "{set}");
     assert!(window.ui.viewer.model.editor().text().contains("\"lit.strength\": \"factor of the bloom\""));
@@ -195,8 +244,7 @@ fn usual_parameters_are_above_the_rest_and_set_the_same_value() {
 #[test]
 fn a_logarithmic_slider_gives_each_decade_the_same_room() {
     let mut window = open("lynx");
-    let row = window.place_of("lit.strength");
-    let left = row.x + 47.0 + 4.0;
+    let slider = slider_of(&mut window, "lit.strength");
     let at = |window: &mut Window, part: f32| {
         let button = |pos, pressed| Event::PointerButton {
             pos,
@@ -204,7 +252,7 @@ fn a_logarithmic_slider_gives_each_decade_the_same_room() {
             pressed,
             modifiers: Modifiers::NONE,
         };
-        let pos = Pos2::new(left + 8.0 + part * 84.0, row.y);
+        let pos = slider + vec2(8.0 + part * 84.0, 0.0);
         window.frame(vec![Event::PointerMoved(pos)]);
         window.frame(vec![button(pos, true)]);
         window.frame(vec![button(pos, false)]);

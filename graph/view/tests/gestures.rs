@@ -86,6 +86,19 @@ fn what_is_not_possible_changes_nothing_and_says_why() {
     assert!(scene.refusal.is_none() && display.refusal.is_some());
 }
 
+#[test]
+fn a_kind_that_does_not_fit_on_a_wire_goes_on_the_nearest_one_that_takes_it() {
+    let mut model = model("lynx");
+    let scene = Reader::input("exposed", "source");
+    assert!(model.kinds_between(&scene).unwrap().iter().all(|kind| kind.name() != "Dither"));
+    let place = model.nearest_place("Dither", &scene).unwrap().expect("a wire takes it");
+    model.insert_node("Dither", place).unwrap();
+    assert!(model.problem().is_none());
+    // A kind that fits there goes there, and one that reads no image goes nowhere.
+    assert_eq!(model.nearest_place("Vignette", &scene).unwrap(), Some(scene.clone()));
+    assert_eq!(model.nearest_place("DemoScene", &scene).unwrap(), None);
+}
+
 fn open(name: &str) -> Window {
     let mut window = Window::new(model(name));
     window.ui.viewer.tabs.open = Some(Tab::Graph);

@@ -128,6 +128,20 @@ fn a_dropped_file_goes_to_the_input_of_its_name_or_to_the_only_one_that_needs_it
 }
 
 #[test]
+fn a_file_that_is_dropped_on_a_row_goes_to_its_input_and_several_go_to_those_of_their_names() {
+    let mut window = open("cookbook");
+    // The pointer was elsewhere before: nobody tells its place while a file is dragged.
+    window.frame(vec![Event::PointerMoved(egui::pos2(700.0, 250.0))]);
+    let row = window.place_of("depth");
+    window.drop_files(&["shots/a/0001.exr"], row);
+    assert_eq!(input_of(&window, "0001.exr").as_deref(), Some("depth"));
+    window.drop_files(&["shots/photo_normal.exr", "shots/photo.exr"], row);
+    assert_eq!(input_of(&window, "photo_normal.exr").as_deref(), Some("normal"));
+    assert_eq!(input_of(&window, "photo.exr").as_deref(), Some("scene"));
+    assert_eq!(input_of(&window, "0001.exr").as_deref(), Some("depth"));
+}
+
+#[test]
 fn a_file_that_several_inputs_can_take_is_asked_about_and_letters_are_no_commands_then() {
     let text = r#"Pipeline(
         inputs: { "front": Color, "back": Color },

@@ -135,7 +135,7 @@ fn a_click_on_a_pyramid_states_the_level() {
 #[test]
 fn nodes_that_are_skipped_say_so_in_the_parameters() {
     let mut window = open("lynx");
-    let skipped = |window: &mut Window| window.texts().iter().filter(|(text, _)| text == "skipped").count();
+    let skipped = |window: &mut Window| window.texts().iter().filter(|(text, _)| text.starts_with("skipped: ")).count();
     let before = skipped(&mut window);
     assert_eq!(window.ui.viewer.model.skip_reason("bright"), None);
     window.ui.viewer.model.set_fact("emissive", Some(Fact::Flag(false)));

@@ -6,7 +6,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use afterimage_graph::image::{ImageDesc, Signedness, Size};
-use afterimage_graph::node::BlockData;
+use afterimage_graph::node::{BlockData, CameraFile};
 use afterimage_media::film::{Film, FilmReader};
 use afterimage_media::{
     ErrorKind, FileError, Picture, Pixels, ReadOptions, Repairs, Source, is_opaque, read_standard_input, read_within,
@@ -16,7 +16,7 @@ use super::jobs::Job;
 use super::request::Request;
 use super::target::STANDARD;
 use crate::args::files::{MissingFrames, OtherSize};
-use crate::cameras::CameraFile;
+use crate::cameras::read_camera_file;
 use crate::failure::Failure;
 
 /// The image of an input, and what its file is worth.
@@ -119,7 +119,7 @@ fn read_job(
 
 /// The camera of a frame. What its file does not state of the frame before is what the last file states.
 fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<BlockData, Failure> {
-    let file = CameraFile::read(source)?;
+    let file = read_camera_file(source)?;
     let data = file.data(before.get(name));
     before.insert(name.to_owned(), file);
     Ok(data.expect("both files have finite matrices with inverses"))

@@ -12,7 +12,7 @@ use super::project::FileProject;
 use crate::args::KindOptions;
 use crate::args::files::ReadArgs;
 use crate::args::view::ViewArgs;
-use crate::cameras::{CameraFile, is_camera};
+use crate::cameras::{is_camera, read_camera_file};
 use crate::failure::Failure;
 use crate::render::volume;
 
@@ -80,8 +80,8 @@ impl Opener {
     /// A frame, as `render` reads it.
     fn read(&self, input: &GraphInput, sources: &[Source], index: usize) -> Result<InputData, Failure> {
         if is_camera(input) {
-            let before = index.checked_sub(1).map(|before| CameraFile::read(&sources[before])).transpose()?;
-            let camera = CameraFile::read(&sources[index])?.data(before.as_ref());
+            let before = index.checked_sub(1).map(|before| read_camera_file(&sources[before])).transpose()?;
+            let camera = read_camera_file(&sources[index])?.data(before.as_ref());
             return Ok(InputData::Block(camera.map_err(Failure::unreadable)?));
         }
         let picture = read_within(&sources[index], self.reading.options_for(self.budget, Some(input)))?;

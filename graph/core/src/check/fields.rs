@@ -15,7 +15,7 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, li
 use afterimage_base::image::Format;
 
 /// Fields that every node has, besides its ports and parameters.
-pub(super) const COMMON: [&str; 5] = ["when", "format", "bake", "every", "label"];
+pub const NODE_FIELDS: [&str; 5] = ["when", "format", "bake", "every", "label"];
 
 /// Reads the fields of nodes and the files that they name, and reports what is wrong with them.
 pub(super) struct FieldReader<'a> {

@@ -61,6 +61,7 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
 pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
+pub use fields::NODE_FIELDS;
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use loaded_files::LoadedFiles;
 pub use options::{CheckOptions, Loader, NoFiles};

@@ -2,7 +2,7 @@
 
 use super::draft::{DraftGraph, Named, NodeDraft};
 use super::expand::{Expansion, PIPELINE};
-use super::fields::COMMON;
+use super::fields::NODE_FIELDS;
 use super::reports::Reports;
 use super::suggest::{kinds_about, known_kinds};
 use super::{Condition, GraphNode};
@@ -49,7 +49,7 @@ impl Expansion<'_> {
         } else if !self.fields.change_field(draft, self.drafted.facts(draft.scope), &name.value, item) {
             let ports = kind.inputs().iter().map(|port| &*port.name);
             let params = kind.params().iter().map(|param| &*param.name);
-            let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();
+            let known: Vec<&str> = ports.clone().chain(params.clone()).chain(NODE_FIELDS).collect();
             let message = format!("{} has no port or parameter {}", quote(kind.name()), quote(&name.value));
             let help = [("ports", ports.collect::<Vec<_>>()), ("parameters", params.collect())]
                 .into_iter()
@@ -160,7 +160,7 @@ fn refused(draft: &NodeDraft, why: &str) -> Diagnostic {
 fn meant_port<'k>(kind: &'k NodeKind, fields: &[Field], name: &Spanned<String>, item: &Item) -> Option<&'k str> {
     let is_known = |name: &str| {
         let is_port = kind.inputs().iter().any(|port| *port.name == *name);
-        is_port || kind.param(name).is_some() || COMMON.contains(&name)
+        is_port || kind.param(name).is_some() || NODE_FIELDS.contains(&name)
     };
     let is_left_out = |port: &str| !fields.iter().any(|(field, _)| field.value == port);
     let mut missing = kind.inputs().iter().filter(|port| !port.optional && is_left_out(&port.name));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::draft::{DraftGraph, Named, Scope};
 use super::expand::{Change, Expansion};
-use super::fields::{COMMON, FieldReader};
+use super::fields::{FieldReader, NODE_FIELDS};
 use super::files::COMMAND_LINE;
 use super::parameters::with_point;
 use crate::document::{Item, Override, Tree, read_tree};
@@ -154,7 +154,7 @@ impl Overrides<'_, '_> {
             return;
         }
         let kind = draft.kind.clone();
-        let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
+        let known = || kind.params().iter().map(|param| &*param.name).chain(NODE_FIELDS);
         let name = quote(&draft.name.value);
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")

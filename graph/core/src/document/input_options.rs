@@ -40,7 +40,7 @@ pub(super) fn image_type(name: &str) -> Option<ImageType> {
 }
 
 /// The names of all types of images.
-pub(crate) fn image_type_names() -> impl Iterator<Item = &'static str> {
+pub fn image_type_names() -> impl Iterator<Item = &'static str> {
     IMAGE_TYPES.iter().map(|known| known.name)
 }
 

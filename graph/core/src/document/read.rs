@@ -13,7 +13,8 @@ use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
-const SECTIONS: [&str; 9] = ["inputs", "nodes", "outputs", "set", "tiers", "claims", "extends", "facts", "usual"];
+/// The names of the sections of a pipeline.
+pub const SECTIONS: [&str; 9] = ["inputs", "nodes", "outputs", "set", "tiers", "claims", "extends", "facts", "usual"];
 
 /// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
 pub const MAX_FILE: usize = 4 << 20;

@@ -3,6 +3,7 @@
 mod blend;
 mod block;
 mod camera;
+mod camera_file;
 mod color;
 mod contract;
 mod drawing;
@@ -24,6 +25,7 @@ pub use afterimage_base::bake::Bake;
 pub use blend::{Blend, BlendComponent, BlendFactor, Factors, WriteMask};
 pub use block::{BlockData, BlockField, FieldType, HostBlock};
 pub use camera::{CAMERA, Camera, Matrix};
+pub use camera_file::CameraFile;
 pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, contract_with, kind_file_name};
 pub use drawing::{ColorAttachment, Compare, DepthAttachment, DepthTest, DrawContents, Drawing, Load, Subresource};

@@ -265,10 +265,7 @@ impl Shown {
     }
 
     fn update_title(&mut self) {
-        let viewer = &self.ui.viewer;
-        let mark = if viewer.is_unsaved() { " *" } else { "" };
-        let shown = viewer.model.images().title();
-        let title = format!("{}{mark} – {shown} – Afterimage", viewer.model.editor().project().name());
+        let title = self.ui.viewer.title();
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use afterimage_graph::check::{Change, Graph, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{parse, without_mark};
+use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::{FileValue, Value};
 
 use super::project::ask_saver;
@@ -287,6 +288,13 @@ impl Editor {
     /// The answer of what writes changes and edits into the text.
     pub(super) fn ask<T>(&self, ask: impl FnOnce(&Saver<'_>) -> Result<T, Diagnostics>) -> Result<T, Problem> {
         ask_saver(&*self.project, self.text(), ask).map_err(Problem::Pipeline)
+    }
+
+    /// All kinds of nodes.
+    pub(super) fn kinds(&self) -> Result<Vec<NodeKind>, Problem> {
+        let empty = "Pipeline(inputs: {}, nodes: {}, outputs: {})";
+        let kinds = ask_saver(&*self.project, empty, |saver| Ok(saver.kinds().cloned().collect()));
+        kinds.map_err(Problem::Pipeline)
     }
 
     fn note_saved(&mut self, text: &str, new_tier: Option<&str>) {

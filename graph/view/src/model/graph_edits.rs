@@ -1,6 +1,8 @@
 //! Edits of the graph: each is an edit of the text, and one step of the history.
 
-use afterimage_graph::check::{Candidate, Connection, Edit, Reader};
+use std::collections::BTreeMap;
+
+use afterimage_graph::check::{Candidate, Connection, Edit, Graph, Reader, Source};
 use afterimage_graph::node::NodeKind;
 
 use super::{InspectedWire, Model};
@@ -64,12 +66,12 @@ impl Model {
         self.editor.ask(|saver| Ok(saver.kinds_between(self.editor.tier(), reader)?.into_iter().cloned().collect()))
     }
 
-    /// All kinds.
+    /// All kinds, whatever the text.
     ///
     /// # Errors
-    /// The text has errors.
+    /// The kinds cannot be read.
     pub fn kinds(&self) -> Result<Vec<NodeKind>, Problem> {
-        self.editor.ask(|saver| Ok(saver.kinds().cloned().collect()))
+        self.editor.kinds()
     }
 
     /// Inserts a node before an input or output. Returns its name.
@@ -82,6 +84,23 @@ impl Model {
         Ok(name)
     }
 
+    /// The nearest input or output to another one before which a node of a kind fits; `None` if there is no such place.
+    ///
+    /// # Errors
+    /// The text has errors.
+    pub fn nearest_place(&self, kind: &str, reader: &Reader) -> Result<Option<Reader>, Problem> {
+        let Some(graph) = self.editor.graph() else { return Ok(None) };
+        let tier = self.editor.tier();
+        self.editor.ask(|saver| {
+            let name = saver.unused_name(kind)?;
+            let fits = |reader: &Reader| {
+                let edit = Edit::Insert { kind: kind.to_owned(), name: name.clone(), reader: reader.clone() };
+                saver.edit(tier, &edit).is_ok()
+            };
+            Ok(readers_by_distance(graph, reader).into_iter().find(fits))
+        })
+    }
+
     /// Adds a node of a kind that reads a wire, if it takes it. Returns its name.
     ///
     /// # Errors
@@ -91,6 +110,36 @@ impl Model {
         self.edit_graph(&edit)?;
         Ok(if let Edit::Add { name, .. } = edit { name } else { String::new() })
     }
+}
+
+/// All inputs with a wire and all outputs, those that are fewer wires away from one of them first.
+fn readers_by_distance(graph: &Graph, from: &Reader) -> Vec<Reader> {
+    let mut readers = Vec::new();
+    for (index, node) in graph.nodes.iter().enumerate() {
+        for (port, wire) in node.wires.iter().enumerate().filter(|(_, wire)| wire.is_some()) {
+            let reader = Reader::input(&node.name, &node.kind().inputs()[port].name);
+            readers.push((reader, Some(index), *wire));
+        }
+    }
+    readers.extend(graph.outputs.iter().map(|output| (Reader::Output(output.name.clone()), None, Some(output.source))));
+    let node_of = |source: Option<Source>| if let Some(Source::Node { node, .. }) = source { Some(node) } else { None };
+    // The nodes that so many wires reach, from both ends of the wire of `from`.
+    let ends = readers.iter().find(|(reader, ..)| reader == from).map(|(_, node, source)| [*node, node_of(*source)]);
+    let mut reached: Vec<usize> = ends.into_iter().flatten().flatten().collect();
+    let mut distances: BTreeMap<usize, usize> = BTreeMap::new();
+    for distance in 0.. {
+        reached.retain(|node| !distances.contains_key(node));
+        if reached.is_empty() {
+            break;
+        }
+        distances.extend(reached.iter().map(|node| (*node, distance)));
+        let wires = readers.iter().filter_map(|(_, node, source)| Some(((*node)?, node_of(*source)?)));
+        let next = wires.flat_map(|(a, b)| [(a, b), (b, a)]).filter(|(at, _)| reached.contains(at));
+        reached = next.map(|(_, other)| other).collect();
+    }
+    let distance = |node: Option<usize>| node.and_then(|node| distances.get(&node).copied()).unwrap_or(usize::MAX);
+    readers.sort_by_key(|(_, node, source)| distance(*node).min(distance(node_of(*source))));
+    readers.into_iter().map(|(reader, ..)| reader).collect()
 }
 
 /// The name of a node, a parameter or a wire after an edit; `None` if it is gone.

@@ -43,6 +43,8 @@ pub struct Inspector {
     pub(super) watch: Option<Watch>,
     /// The values of a pixel are read at every node.
     pub(super) reads_pixels: bool,
+    /// The images of all wires are shown.
+    pub(super) shows_wires: bool,
     stored: Option<PipelineInstance>,
     reference: Option<PipelineInstance>,
 }
@@ -65,7 +67,7 @@ impl Inspector {
 
     /// The presets of both pipelines, and true for one that is read.
     pub(super) fn needs(&self) -> [(PlanPreset, bool); 2] {
-        let stores = self.wire.is_some() || self.reads_pixels;
+        let stores = self.wire.is_some() || self.reads_pixels || self.shows_wires;
         [(PlanPreset::Inspect, stores), (PlanPreset::Reference, self.reads_pixels)]
     }
 
@@ -93,11 +95,6 @@ impl Inspector {
             of_node.map(|(name, image)| InspectedImage { name, desc: image.desc }).collect();
         images.sort_by_key(|image| !belongs(&image.name, wire));
         images
-    }
-
-    /// The image of the shown wire, once a frame has rendered it.
-    pub(super) fn image(&self, frame_images: &FrameImages) -> Option<(InspectedImage, wgpu::Texture)> {
-        self.image_of(self.wire.as_ref()?, frame_images)
     }
 
     /// The image of a wire, once a frame has rendered it.

@@ -481,6 +481,14 @@ impl Model {
         }
     }
 
+    /// Stores the images of all wires, so that each can be shown.
+    pub fn show_wires(&mut self, on: bool) {
+        if self.instances.inspector.shows_wires != on {
+            self.instances.inspector.shows_wires = on;
+            self.update_inspector();
+        }
+    }
+
     fn update_inspector(&mut self) {
         self.instances.update_inspector(self.editor.present_graph().as_ref(), &self.editor.changes);
         self.is_stale = true;
@@ -488,12 +496,12 @@ impl Model {
 
     /// The image of the inspected wire, once a frame has rendered it.
     pub fn inspected_image(&self) -> Option<(InspectedImage, wgpu::Texture)> {
-        self.instances.inspector.image(&self.frame_images)
+        self.wire_image(self.inspector().wire()?)
     }
 
     /// The image of any wire, once a frame has rendered it with all images.
-    pub(crate) fn wire_image(&self, wire: &InspectedWire) -> Option<wgpu::Texture> {
-        Some(self.instances.inspector.image_of(wire, &self.frame_images)?.1)
+    pub(crate) fn wire_image(&self, wire: &InspectedWire) -> Option<(InspectedImage, wgpu::Texture)> {
+        self.instances.inspector.image_of(wire, &self.frame_images)
     }
 
     /// The latest bytes of the inspected table or value: those of the shown picture itself.

@@ -64,9 +64,9 @@ pub(super) fn write(address: &mut Address, model: &Model) {
     }
 }
 
-/// Names the pipeline in the title of the page.
-pub(super) fn set_title(model: &Model) {
+/// Sets the title of the page.
+pub(super) fn set_title(title: &str) {
     if let Some(document) = web_sys::window().and_then(|window| window.document()) {
-        document.set_title(&format!("{} – Afterimage", model.editor().project().name()));
+        document.set_title(title);
     }
 }

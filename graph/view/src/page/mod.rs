@@ -8,12 +8,16 @@ mod address;
 mod files;
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::rc::Rc;
 
 use afterimage_gpu::{ErrorLog, Gpu, wanted_features, wgpu};
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::Size;
+use afterimage_graph::node::CameraFile;
+use afterimage_media::sequence::split_layer;
 use afterimage_media::{Budget, codec};
 use afterimage_pipelines::PIPELINES;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -95,6 +99,9 @@ struct Page {
     errors: ErrorLog,
     /// The still is being fetched. Until it has arrived, no frame is rendered: it would be one of the scene.
     awaits_still: bool,
+    title: String,
+    /// The bytes of the images that were opened, by name: another layer can be chosen.
+    files: BTreeMap<String, Rc<[u8]>>,
     /// Files that were dropped or fetched and have been read, by name.
     arrived: Rc<RefCell<Vec<Arrived>>>,
 }
@@ -126,6 +133,8 @@ impl Page {
             stated: None,
             errors,
             awaits_still: false,
+            title: String::new(),
+            files: BTreeMap::new(),
             arrived: Rc::default(),
         };
         page.viewer.model.set_tier(page.address.get("tier").map(str::to_owned));
@@ -251,12 +260,48 @@ impl Page {
             self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }
-        let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
-            .map_err(|error| Problem::message(format!("`{name}`: {error}")))?;
+        self.files.insert(name.to_owned(), bytes.into());
+        self.open_layer(name, None)
+    }
+
+    /// Opens a camera or an image that has been read, or a layer of it: `name.exr#layer`.
+    fn open_layer(&mut self, name: &str, input: Option<&str>) -> Result<(), Problem> {
+        let (file, layer) = split_layer(name);
+        let Some(bytes) = self.files.get(file) else { return Ok(()) };
+        if name.ends_with(".json") {
+            let camera = CameraFile::from_json(bytes).and_then(|camera| camera.data(None));
+            let camera = camera.map_err(|why| Problem::message(format!("`{name}` is no camera: {why}")))?;
+            let read = move |_: &GraphInput, _: usize| Ok(InputData::Block(camera.clone()));
+            let ctx = self.ctx.clone();
+            self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), input);
+            return Ok(());
+        }
+        let wrong = |error| Problem::message(format!("`{name}`: {error}"));
+        let decoded = codec::decode(Cursor::new(&**bytes), layer.as_deref(), Budget(BUDGET));
+        let picture = decoded.map_err(wrong)?;
+        let layers = codec::describe(Cursor::new(&**bytes), None).map_or(Vec::new(), |described| described.layers);
         let read = move |_: &GraphInput, _: usize| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
         let ctx = self.ctx.clone();
-        self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), None);
+        self.viewer.open_input(&ctx, InputFile { layers, ..InputFile::still(name, Box::new(read)) }, input);
         Ok(())
+    }
+
+    /// Opens the layer that was chosen below the row of an input.
+    fn open_chosen_layer(&mut self) {
+        if let Some((Some(input), name)) = self.viewer.take_named_file()
+            && let Err(problem) = self.open_layer(&name.to_string_lossy(), Some(&input))
+        {
+            self.tell(&format!("The image is not shown: {problem}."));
+        }
+    }
+
+    /// Sets the title of the page, if it is another one.
+    fn update_title(&mut self) {
+        let title = self.viewer.title();
+        if title != self.title {
+            address::set_title(&title);
+            self.title = title;
+        }
     }
 
     /// Writes what the user has changed into the address, once a control is let go.
@@ -272,7 +317,6 @@ impl Page {
         if self.stated.is_some() {
             address::write(&mut self.address, model);
         }
-        address::set_title(model);
         self.stated = Some(stated);
     }
 }
@@ -347,6 +391,8 @@ impl eframe::App for Page {
         if let Some(error) = self.errors.take_first() {
             self.tell(&error);
         }
+        self.open_chosen_layer();
         self.state_in_address();
+        self.update_title();
     }
 }

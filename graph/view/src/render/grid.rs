@@ -65,7 +65,8 @@ impl Grid {
         }
     }
 
-    /// The numbers, row by row, once they have arrived; alpha is the number of texels with NaN around each.
+    /// The numbers, row by row, once they have arrived; alpha is the number of texels with NaN or infinities around
+    /// each, in all slices.
     pub fn take(&mut self) -> Option<Vec<[f32; 4]>> {
         let bytes = self.pending.as_ref()?.bytes()?;
         self.pending = None;

@@ -155,26 +155,33 @@ fn draw(@builtin(position) position: vec4f) -> @location(0) vec4f {
     return vec4f(visible(select(first, second, position.x > placement.wipe), position.xy), 1.0);
 }
 
-// The number of texels with NaN in a cell of the grid. Each texel belongs to one cell.
-fn nan_count(cell: vec2u) -> u32 {
+// NaN or infinite, in any channel.
+fn is_faulty(x: vec4f) -> bool {
+    return any((bitcast<vec4u>(x) & vec4u(0x7f800000u)) == vec4u(0x7f800000u));
+}
+
+// The number of texels with NaN or infinities in a cell of the grid, in all slices. Each texel belongs to one cell.
+fn fault_count(cell: vec2u) -> u32 {
     let size = vec2u(shown_size());
     let grid = vec2u(placement.extent);
     let first = cell * size / grid;
     let end = (cell + 1u) * size / grid;
     var count = 0u;
-    for (var y = first.y; y < end.y; y++) {
-        for (var x = first.x; x < end.x; x++) {
-            count += u32(is_nan(shown_at(vec2i(vec2u(x, y))).rgb));
+    for (var slice = 0u; slice < slices(); slice++) {
+        for (var y = first.y; y < end.y; y++) {
+            for (var x = first.x; x < end.x; x++) {
+                count += u32(is_faulty(texel_at(vec2u(x, y), slice)));
+            }
         }
     }
     return count;
 }
 
-// The numbers themselves at a coarse grid of places, for the scopes. Alpha is the number of texels with NaN.
+// The numbers themselves at a coarse grid of places, for the scopes. Alpha is the number of faulty texels.
 @fragment
 fn sample_grid(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let value = shown_at(vec2i(floor(position.xy / placement.extent * shown_size())));
     let limit = vec3f(65504.0);
     let color = select(clamp(value.rgb, -limit, limit), vec3f(0.0), is_nan(value.rgb));
-    return vec4f(color, f32(nan_count(vec2u(position.xy))));
+    return vec4f(color, min(f32(fault_count(vec2u(position.xy))), limit.x));
 }

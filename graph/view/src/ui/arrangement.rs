@@ -22,8 +22,9 @@ const MIN_WIDE: f32 = 960.0;
 const MIN_HIGH: f32 = 520.0;
 /// The least share of a narrow window that the panel below the picture gets.
 const MIN_SHARE: f32 = 0.36;
-/// The height of the bars below the picture, about.
+/// The height of the bars below the picture, about, and that of a second row of the time.
 const BARS: f32 = 118.0;
+const SECOND_ROW: f32 = 30.0;
 
 impl Arrangement {
     pub(super) fn of(window: Vec2) -> Self {
@@ -66,7 +67,7 @@ impl Viewer {
         }
         Panel::bottom("picture bar").show(ui, |ui| {
             ui.horizontal(|ui| toolbar::picture_bar(ui, &mut self.picture));
-            toolbar::time_bar(ui, &mut self.model);
+            toolbar::time_bar(ui, &mut self.model, false);
         });
     }
 
@@ -81,7 +82,10 @@ impl Viewer {
         let window = ui.available_size();
         let picture = Subject::of(&self.model)
             .map_or(9.0 / 16.0, |subject| subject.image.height() as f32 / subject.image.width() as f32);
-        let rest = window.y - window.x * picture - BARS;
+        // A flat window has no room for a second row.
+        let is_split = arrangement == Arrangement::Below && window.x < toolbar::MIN_TIME_BAR;
+        let bars = BARS + if is_split { SECOND_ROW } else { 0.0 };
+        let rest = window.y - window.x * picture - bars;
         match (arrangement, self.tabs.open) {
             (_, None) => drop(Panel::bottom("closed narrow tabs").show(ui, |ui| self.tab_bar(ui))),
             (Arrangement::Beside, Some(tab)) => {
@@ -96,7 +100,7 @@ impl Viewer {
         }
         Panel::bottom("narrow picture bar").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| toolbar::picture_bar(ui, &mut self.picture));
-            toolbar::time_bar(ui, &mut self.model);
+            toolbar::time_bar(ui, &mut self.model, is_split);
         });
     }
 

@@ -1,6 +1,7 @@
 //! One control for each type of parameter, made from its declaration.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use afterimage_graph::value::{ChoiceName, FileValue, Param, Type, Value};
 use egui::{Color32, PopupCloseBehavior, Sense, Slider, Stroke, Ui, Vec2};
@@ -12,7 +13,7 @@ const LEAST: f64 = 1e-3;
 /// The range of a number without a domain or a usual range.
 const ANY: (f64, f64) = (-10.0, 10.0);
 /// The width of the field of a text, in points.
-const LINE_WIDTH: f32 = 170.0;
+const LINE_WIDTH: f32 = 164.0;
 /// The domain is taken as the range of a slider up to this number.
 const LARGEST: f64 = 1e5;
 
@@ -36,7 +37,7 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Contr
             Some(ControlChange { value: Value::Text(text.into()), is_done: true })
         }
         (Type::File, Value::File(file)) => {
-            let path = line(ui, &param.name, &file.path, "", LINE_WIDTH)?;
+            let path = path_line(ui, &param.name, &file.path, "", LINE_WIDTH)?;
             Some(ControlChange { value: Value::File(FileValue { path: path.into(), bytes: None }), is_done: true })
         }
         _ => None,
@@ -112,7 +113,7 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
         ui.spacing_mut().item_spacing.x = 2.0;
         for number in &mut numbers[..count] {
             let drag = egui::DragValue::new(number).speed(speed).max_decimals(4).update_while_editing(false);
-            responses.push(ui.add_sized([48.0, 20.0], drag));
+            responses.push(ui.add_sized([46.0, 20.0], drag));
             *number = rounded(within(param, *number));
         }
         if count == 3 && is_graded(param) {
@@ -238,17 +239,34 @@ fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'
     (new != chosen).then_some(ControlChange { value: Value::Choice(new), is_done: true })
 }
 
+/// The path of a file, of which the name alone is shown until it is typed in.
+pub(super) fn path_line(ui: &mut Ui, name: &str, path: &str, hint: &str, width: f32) -> Option<String> {
+    let short = Path::new(path).file_name().map_or(path.into(), |name| name.to_string_lossy());
+    field(ui, name, (path, &short), hint, width)
+}
+
 /// A text that counts when it is finished. `hint` is shown while it is empty.
-pub(super) fn line(ui: &mut Ui, name: &str, text: &str, hint: &str, width: f32) -> Option<String> {
+fn line(ui: &mut Ui, name: &str, text: &str, hint: &str, width: f32) -> Option<String> {
+    field(ui, name, (text, text), hint, width)
+}
+
+/// A field that shows another text until it is typed in.
+fn field(ui: &mut Ui, name: &str, (text, shown): (&str, &str), hint: &str, width: f32) -> Option<String> {
     // An identity that egui counts changes with the rows above, and the field would lose the keyboard.
     let id = ui.id().with(("line", name));
-    let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| text.to_owned());
+    let begun = ui.data(|data| data.get_temp::<String>(id));
+    let is_begun = begun.is_some();
+    let mut typed = begun.unwrap_or_else(|| shown.to_owned());
     let response = ui.add(egui::TextEdit::singleline(&mut typed).id(id).hint_text(hint).desired_width(width));
+    let response = if shown == text { response } else { response.on_hover_text(text) };
     if response.has_focus() {
+        if !is_begun && typed == shown {
+            typed = text.to_owned();
+        }
         ui.data_mut(|data| data.insert_temp(id, typed));
         return None;
     }
-    let is_new = response.lost_focus() && typed != text;
+    let is_new = response.lost_focus() && is_begun && typed != text;
     ui.data_mut(|data| data.remove::<String>(id));
     is_new.then_some(typed)
 }

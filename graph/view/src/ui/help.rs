@@ -23,6 +23,7 @@ const KEYS: &[(&str, &str)] = &[
     ("in the graph", "arrows select a node, Enter shows its result, Space opens its menu"),
     ("F2, Del, D, I, A", "there: rename, delete, disable, insert before it, add a node"),
     ("Shift while a wire is dragged", "it is that of the frame before; Esc lets it go"),
+    ("Ctrl+Space", "in the text: what can be written at the cursor"),
     ("Ctrl+F", "find in the text, while its tab is open"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S, Ctrl+Shift+S", "save, save as a new file"),

@@ -8,7 +8,7 @@ use afterimage_media::ImageFormat;
 use afterimage_media::sequence::split_layer;
 use egui::{ComboBox, Context, Id, Modal, RichText, Ui};
 
-use super::controls::line;
+use super::controls::path_line;
 use super::list_keys::choose_by_keys;
 use super::new_file::FileRequest;
 use super::theme::DIM;
@@ -24,19 +24,26 @@ pub(super) struct InputPanel {
     pub(super) asked_file: Option<FileRequest>,
     /// The input whose row is under the pointer.
     hovered: Option<String>,
-    /// A dropped file that several inputs can take.
-    asked: Option<InputFile>,
+    /// Files that were dropped, and the time since which they are there.
+    dropped: Vec<InputFile>,
+    dropped_at: Option<f64>,
+    /// Dropped files that several inputs can take.
+    asked: Vec<InputFile>,
 }
 
 impl InputPanel {
     /// True while the user is asked for the input of a file.
     pub(super) fn asks(&self) -> bool {
-        self.asked.is_some()
+        !self.asked.is_empty()
+    }
+
+    /// No row is under the pointer before one is shown there.
+    pub(super) fn forget_place(&mut self) {
+        self.hovered = None;
     }
 
     /// Shows the rows, of which `has_paths` states that a path can be typed.
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, has_paths: bool) {
-        self.hovered = None;
         let Some(graph) = model.editor().graph().cloned().filter(|graph| !graph.inputs.is_empty()) else { return };
         ui.label(RichText::new("Inputs").strong()).on_hover_text(format!(
             "Drop a file on a row, or type its path: {}, and JSON for cameras",
@@ -63,7 +70,7 @@ impl InputPanel {
         let shown = if is_file { given.as_deref().unwrap_or_default() } else { "" };
         let hint = given.clone().unwrap_or_else(|| if input.optional { "nothing" } else { "needed" }.to_owned());
         if has_paths {
-            if let Some(path) = line(ui, &input.name, shown, &hint, if is_file { 84.0 } else { 112.0 }) {
+            if let Some(path) = path_line(ui, &input.name, shown, &hint, if is_file { 84.0 } else { 112.0 }) {
                 match path.is_empty() {
                     true => clear(model, input),
                     false => self.named = Some((input.name.clone(), path.into())),
@@ -109,12 +116,36 @@ impl InputPanel {
         }
     }
 
-    /// Gives a dropped file to an input: to that under the pointer, to the one that the name of the file has as a word,
-    /// or to the only one that needs it. Otherwise the user is asked.
-    pub(super) fn drop_file(&mut self, model: &mut Model, file: InputFile) -> Option<Told> {
+    /// Takes a file that was dropped, for [`give_dropped`](Self::give_dropped).
+    pub(super) fn drop_file(&mut self, ctx: &Context, file: InputFile) {
+        self.dropped.push(file);
+        self.dropped_at = None;
+        ctx.request_repaint();
+    }
+
+    /// Gives inputs the files that were dropped, once the place of the drop is known. Call it after the rows are shown.
+    pub(super) fn give_dropped(&mut self, ctx: &Context, model: &mut Model) -> Option<Told> {
+        if self.dropped.is_empty() {
+            return None;
+        }
+        let now = ctx.input(|input| input.time);
+        // Frames may be longer than the pause: the next one has the events after the drop.
+        if now < *self.dropped_at.get_or_insert(now) + DROP_PAUSE {
+            ctx.request_repaint_after_secs(DROP_PAUSE as f32);
+            return None;
+        }
+        let files = std::mem::take(&mut self.dropped);
+        // Several files have one place, and are for several inputs.
+        let is_one = files.len() == 1;
+        files.into_iter().filter_map(|file| self.give_to_one(model, file, is_one)).last()
+    }
+
+    /// Gives a file to an input: to that under the pointer, to the one that the name of the file has as a word, or to
+    /// the only one that needs it. Otherwise the user is asked.
+    fn give_to_one(&mut self, model: &mut Model, file: InputFile, has_place: bool) -> Option<Told> {
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();
-        let hovered = fitting.iter().find(|input| self.hovered.as_ref() == Some(&input.name));
+        let hovered = fitting.iter().find(|input| has_place && self.hovered.as_ref() == Some(&input.name));
         let named = || fitting.iter().find(|input| is_named_in(&file.name, &input.name));
         if let Some(input) = hovered.or_else(named) {
             return Some(give(model, file, Some(&input.name)));
@@ -127,7 +158,7 @@ impl InputPanel {
             ([only], _) => Some(give(model, file, Some(&only.name))),
             (_, [only]) => Some(give(model, file, Some(&only.name))),
             _ => {
-                self.asked = Some(file);
+                self.asked.push(file);
                 None
             }
         }
@@ -135,7 +166,7 @@ impl InputPanel {
 
     /// Shows the question that is open.
     pub(super) fn ask(&mut self, ctx: &Context, model: &mut Model) -> Option<Told> {
-        let file = self.asked.take()?;
+        let file = self.asked.pop()?;
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let (mut chosen, mut is_left) = (None, false);
         let modal = Modal::new(Id::new("input of a file")).show(ctx, |ui| {
@@ -154,11 +185,15 @@ impl InputPanel {
             return Some(give(model, file, Some(&input)));
         }
         if !is_left && !modal.should_close() {
-            self.asked = Some(file);
+            self.asked.push(file);
         }
         None
     }
 }
+
+/// Seconds after a drop until its place is known. While files are dragged, the desktop has the pointer, and tells nobody
+/// its place; the window learns it from the first event after the drop.
+const DROP_PAUSE: f64 = 0.1;
 
 /// The message about a file: that an input has it, or why none has.
 pub(super) type Told = Result<String, String>;

@@ -1,6 +1,7 @@
 //! The user interface: panels around the picture. A window or a page passes events in and draws the output.
 
 mod arrangement;
+mod completion;
 mod controls;
 mod cost;
 mod curves;
@@ -18,13 +19,16 @@ pub(crate) mod new_file;
 mod parameters;
 mod picture;
 mod pixel_inspector;
+mod proposals;
 mod recent;
 mod save_dialogs;
 mod scopes;
 mod selection;
 mod tabs;
 mod text;
+mod text_colors;
 mod text_find;
+mod text_place;
 mod theme;
 mod toolbar;
 mod white_picker;
@@ -42,7 +46,7 @@ use export::Exporter;
 pub use export::{ExportKind, Exported};
 use fault_search::FaultSearch;
 use graph::GraphPanel;
-use inputs::{InputPanel, give};
+use inputs::{InputPanel, Told, give};
 use measurement::Measurement;
 pub use measurement::{MeasureDifference, MeasuredPicture};
 use message::Message;
@@ -158,6 +162,7 @@ impl Viewer {
         self.model.follow_files(self.text.typed());
         let is_white_chosen = self.picture.picks.is_some() || self.white_picker.is_reading();
         self.model.inspect_pixels(self.inspects_pixels || is_white_chosen);
+        self.model.show_wires(self.shows_thumbnails());
         let rendered = self.model.render(encoder, elapsed);
         self.tabs.follow_problem(self.model.problem().is_some());
         if rendered == Rendered::New {
@@ -170,7 +175,7 @@ impl Viewer {
         rendered
     }
 
-    /// Records the copies for the scopes, the pixel inspector, the white picker and the search for NaN.
+    /// Records the copies for the scopes, the pixel inspector, the white picker and the search for faults.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.white_picker.record(&self.model, encoder);
         self.fault_search.record(&self.model, &self.painter, encoder);
@@ -209,6 +214,7 @@ impl Viewer {
 
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
+        self.inputs.forget_place();
         self.recent.follow(&self.model);
         if !self.is_bare {
             self.panels(ui);
@@ -220,11 +226,12 @@ impl Viewer {
         self.white_picker.take_click(&mut self.picture);
         self.show_graph_menu(ui.ctx());
         help::show(ui.ctx(), &mut self.shows_help);
-        let message = self.save_dialogs.show(ui.ctx(), &mut self.model);
-        let asked = || self.inputs.ask(ui.ctx(), &mut self.model).map(|told| told.unwrap_or_else(|problem| problem));
-        if let Some(message) = message.or_else(asked) {
+        if let Some(message) = self.save_dialogs.show(ui.ctx(), &mut self.model) {
             self.tell(ui.ctx(), message);
         }
+        let dropped = self.inputs.give_dropped(ui.ctx(), &mut self.model);
+        let told = self.inputs.ask(ui.ctx(), &mut self.model).or(dropped);
+        told.into_iter().for_each(|told| self.tell_of_input(ui.ctx(), told));
         self.message.show(ui);
     }
 
@@ -247,15 +254,20 @@ impl Viewer {
 
     /// Shows a file as an input. Without a name it is one that was dropped.
     pub fn open_input(&mut self, ctx: &Context, file: InputFile, input: Option<&str>) {
-        let told = match input {
-            Some(input) => Some(give(&mut self.model, file, Some(input))),
-            None => self.inputs.drop_file(&mut self.model, file),
-        };
+        match input {
+            Some(input) => {
+                let told = give(&mut self.model, file, Some(input));
+                self.tell_of_input(ctx, told);
+            }
+            None => self.inputs.drop_file(ctx, file),
+        }
+    }
+
+    fn tell_of_input(&mut self, ctx: &Context, told: Told) {
         match told {
             // The picture alone shows that it is there.
-            Some(Ok(message)) if !self.is_bare => self.tell(ctx, message),
-            Some(Err(message)) => self.tell(ctx, message),
-            _ => {}
+            Ok(_) if self.is_bare => {}
+            Ok(message) | Err(message) => self.tell(ctx, message),
         }
     }
 
@@ -294,6 +306,13 @@ impl Viewer {
     pub fn is_unsaved(&self) -> bool {
         let editor = self.model.editor();
         !editor.is_saved() || self.text.typed().is_some_and(|typed| typed != editor.text())
+    }
+
+    /// The title of the window: the pipeline, whether it is unsaved, and the image with its size and frame.
+    pub fn title(&self) -> String {
+        let mark = if self.is_unsaved() { " *" } else { "" };
+        let (name, shown) = (self.model.editor().project().name(), self.model.images().title());
+        format!("{name}{mark} – {shown} – Afterimage")
     }
 
     /// Writes the changes into the file.
@@ -355,7 +374,12 @@ impl Viewer {
     fn bottom_panel(&mut self, ui: &mut Ui) {
         self.apply_hidden_text();
         if let Some(tab) = self.tabs.open {
-            Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
+            // Pictures in the boxes of the graph need more room than names.
+            let (name, height) = match self.shows_thumbnails() {
+                true => ("tabs with thumbnails", 330.0),
+                false => ("tabs", 206.0),
+            };
+            Panel::bottom(name).resizable(true).default_size(height).size_range(90.0..=600.0).show(ui, |ui| {
                 ui.take_available_height();
                 self.tab_bar(ui);
                 ui.separator();
@@ -416,32 +440,47 @@ impl Viewer {
         }
     }
 
-    /// The text, with the messages beside it.
+    /// The text, with the messages and the manual beside it.
     fn show_text(&mut self, ui: &mut Ui) {
         let others = self.other_problems();
-        if text::has_messages(&self.model) || !others.is_empty() {
-            let panel = match self.tabs.is_narrow() {
-                true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
-                false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
-            };
-            panel.resizable(true).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, &others, &self.fault_search.statement()) {
-                    self.text.go_to(line);
-                }
-            });
+        let has_messages = text::has_messages(&self.model) || !others.is_empty();
+        let panel = match self.tabs.is_narrow() {
+            true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
+            false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
+        };
+        let mut line = None;
+        let mut messages = |ui: &mut Ui| {
+            line = text::messages(ui, &self.model, &others, &self.fault_search.statement());
+        };
+        match (has_messages, self.tabs.is_narrow()) {
+            (true, true) => drop(panel.resizable(true).show(ui, messages)),
+            (true, false) => {
+                panel.resizable(true).show(ui, |ui| {
+                    let half = 0.5 * ui.available_height();
+                    let below = Panel::bottom("manual below errors").resizable(true).default_size(half);
+                    below.show(ui, |ui| self.text.docs(ui));
+                    messages(ui);
+                });
+            }
+            (false, true) => {}
+            (false, false) => drop(panel.resizable(true).show(ui, |ui| self.text.docs(ui))),
+        }
+        if let Some(line) = line {
+            self.text.go_to(line);
         }
         self.text.show(ui, &mut self.model, self.graph.selected());
     }
 
-    /// The error of the last attempt to save, and the images with NaN: the shown one, and all that were searched.
+    /// The error of the last attempt to save, and the images with NaN or infinities: the shown one, and all that were
+    /// searched.
     fn other_problems(&self) -> Vec<String> {
-        let nan = Some(self.scopes.nan()).filter(|count| *count > 0).map(|count| {
-            let wire = self.model.inspector().wire().map_or("the picture", |wire| &*wire.wire);
-            format!("{wire} has {count} pixels with NaN")
-        });
-        let elsewhere = self.fault_search.found().map(|(image, count)| format!("{image} has {count} pixels with NaN"));
+        let told = |image: &str, count: u64| format!("{image} has {count} pixels with NaN or infinities");
+        let shown = Some(self.scopes.faults())
+            .filter(|count| *count > 0)
+            .map(|count| told(self.model.inspector().wire().map_or("the picture", |wire| &*wire.wire), count));
+        let elsewhere = self.fault_search.found().map(|(image, count)| told(image, count));
         let mut problems: Vec<String> =
-            self.save_dialogs.error().map(str::to_owned).into_iter().chain(nan).chain(elsewhere).collect();
+            self.save_dialogs.error().map(str::to_owned).into_iter().chain(shown).chain(elsewhere).collect();
         // The shown image is among the others.
         problems.dedup();
         problems
@@ -451,8 +490,11 @@ impl Viewer {
         let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
             self.tabs.show(ui, has_problem || !self.other_problems().is_empty());
-            if self.tabs.open == Some(Tab::Graph) && !self.tabs.is_narrow() {
+            if !self.tabs.is_narrow() && matches!(self.tabs.open, Some(Tab::Graph | Tab::Text)) {
                 self.add_button(ui);
+            }
+            if self.tabs.open == Some(Tab::Graph) && !self.tabs.is_narrow() {
+                self.thumbnails_button(ui);
             }
             if has_problem && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";

@@ -220,7 +220,9 @@ fn header(ui: &mut Ui, model: &Model, (node, is_selected): (&GraphNode, bool), a
         actions.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
         actions.push(PanelAction::Release);
     }
-    let name = RichText::new(&node.name).strong();
+    let skipped = model.skip_reason(&node.name);
+    let name = RichText::new(&node.name);
+    let name = if skipped.is_some() { name.color(DIM) } else { name.strong() };
     let name = if is_selected { name.background_color(SELECTED) } else { name };
     let name = ui.add(egui::Label::new(name).sense(egui::Sense::click()));
     if name.on_hover_text("A click selects the node in the graph").clicked() {
@@ -233,11 +235,12 @@ fn header(ui: &mut Ui, model: &Model, (node, is_selected): (&GraphNode, bool), a
             actions.push(PanelAction::Balance(node.name.clone()));
         }
     }
-    if let Some(why) = model.skip_reason(&node.name) {
-        ui.label(RichText::new("skipped").color(ACCENT).small()).on_hover_text(why);
-    }
     if let Some(when) = &node.when {
         ui.label(RichText::new("when").color(DIM).small()).on_hover_text(when.to_string());
+    }
+    if let Some(why) = skipped {
+        let text = RichText::new(format!("skipped: {why}")).color(ACCENT).small();
+        ui.add(egui::Label::new(text).truncate()).on_hover_text(why);
     }
 }
 
@@ -249,6 +252,19 @@ const DIMMED: f32 = 0.45;
 
 /// In less width than this, in points, a unit would be two letters; the text over the name states it anyway.
 const NARROWEST_UNIT: f32 = 36.0;
+
+/// The width of the names of parameters, in points.
+const NAME_WIDTH: f32 = 100.0;
+
+/// The name of a parameter, without its node where both do not fit.
+fn fitting(ui: &Ui, name: &str) -> String {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let width = ui.painter().layout_no_wrap(name.to_owned(), font, ACCENT).size().x;
+    match name.rsplit_once('.') {
+        Some((_, parameter)) if width > NAME_WIDTH => format!("…{parameter}"),
+        _ => name.to_owned(),
+    }
+}
 
 /// A parameter as a row names it.
 struct RowText<'a> {
@@ -273,9 +289,17 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, text: &RowText<'_>, actions: &
             ui.multiply_opacity(DIMMED);
         }
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
-        let marked = RichText::new(shown_name).color(color);
+        let marked = RichText::new(fitting(ui, shown_name)).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
-        let label = ui.add_sized([94.0, 20.0], text).on_hover_ui(|ui| {
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        let label = ui.allocate_ui_with_layout(egui::vec2(NAME_WIDTH, 20.0), layout, |ui| {
+            ui.set_min_width(NAME_WIDTH);
+            ui.add(text)
+        });
+        let label = label.inner.on_hover_ui(|ui| {
+            if shown_name.contains('.') {
+                ui.label(RichText::new(shown_name).strong());
+            }
             if let Some(why) = &inactive_reason {
                 ui.label(RichText::new(why).color(ACCENT));
             }

@@ -6,7 +6,7 @@ use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 
 use super::missing_image::lacking;
 use super::theme::{ACCENT, SURROUND};
-use crate::model::Model;
+use crate::model::{InspectedWire, Model};
 use crate::render::{Drawn, Flags, Painter, Placement, Shown};
 
 /// A way to compare two pictures.
@@ -113,12 +113,17 @@ impl Subject {
     /// The image that the model shows: that of the inspected wire, which may have none, or the output.
     pub fn of(model: &Model) -> Option<Self> {
         if let Some(wire) = model.inspector().wire() {
-            let (image, texture) = model.inspected_image()?;
-            let state = model.editor().checked().and_then(|checked| checked.wire_state(&wire.wire));
-            return Some(Self { image: texture, state, slice: wire.slice.min(image.desc.size.depth - 1) });
+            return Some(Self::of_wire(model, wire)?.1);
         }
         let shown = model.shown()?;
         Some(Self { image: shown.picture()?.clone(), state: shown.output_state(), slice: 0 })
+    }
+
+    /// The image of a wire, and its name in the plan.
+    pub(super) fn of_wire(model: &Model, wire: &InspectedWire) -> Option<(String, Self)> {
+        let (image, texture) = model.wire_image(wire)?;
+        let state = model.editor().checked().and_then(|checked| checked.wire_state(&wire.wire));
+        Some((image.name, Self { image: texture, state, slice: wire.slice.min(image.desc.size.depth - 1) }))
     }
 
     /// True for linear color, which the window must encode.
@@ -149,8 +154,7 @@ impl PictureView {
         for (half, image) in halves.iter().zip(images.into_iter().flatten()) {
             let placement = self.placement(ui, *half, &subject, compared.is_some());
             let shown = Shown { image, other: compared, placement };
-            let callback = egui_wgpu::Callback::new_paint_callback(*half, Callback(painter.drawn(&shown)));
-            ui.painter_at(*half).add(callback);
+            paint(ui, *half, painter.drawn(&shown));
         }
         self.say_names(ui, model, area, other.is_some());
         self.pointer = response.hover_pos().and_then(|at| self.place_of(ui, at, &halves, &subject));
@@ -213,6 +217,18 @@ impl PictureView {
         Placement { origin: origin.into(), extent: extent.into(), flags, ..placed }
     }
 
+    /// A small picture of an image in an area of the window, in physical pixels. Data is shown from black to white by
+    /// its range.
+    pub(super) fn thumbnail(&self, subject: &Subject, range: Option<(f32, f32)>, area: Rect) -> Placement {
+        let (gain, bias) = gain(range.filter(|_| subject.is_data()).unwrap_or(self.range));
+        let seen = self.made_visible(subject);
+        let seen = if subject.is_data() { Placement { gain, bias, ..seen } } else { seen };
+        let flags = self.flags(subject, false, 0.0) | Flags::SMOOTH;
+        // A single channel is gray, and not red.
+        let channel = if subject.image.format().components() == 1 { 0 } else { 4 };
+        Placement { origin: area.min.into(), extent: area.size().into(), flags, channel, peak: 1.0, ..seen }
+    }
+
     /// The mapping of numbers to colors, without a place.
     fn made_visible(&self, subject: &Subject) -> Placement {
         let (gain, bias) = self.gain(subject);
@@ -250,12 +266,7 @@ impl PictureView {
     }
 
     fn gain(&self, subject: &Subject) -> (f32, f32) {
-        if subject.is_data() {
-            let (low, high) = self.range;
-            let gain = 1.0 / (high - low).max(1e-6);
-            return (gain, -low * gain);
-        }
-        (self.stops.exp2(), 0.0)
+        if subject.is_data() { gain(self.range) } else { (self.stops.exp2(), 0.0) }
     }
 
     fn flags(&self, subject: &Subject, compares: bool, zoom: f32) -> u32 {
@@ -368,7 +379,13 @@ impl PictureView {
     }
 }
 
-fn size_of(subject: &Subject) -> Vec2 {
+/// The factor and the offset that show a range from black to white.
+fn gain((low, high): (f32, f32)) -> (f32, f32) {
+    let gain = 1.0 / (high - low).max(1e-6);
+    (gain, -low * gain)
+}
+
+pub(super) fn size_of(subject: &Subject) -> Vec2 {
     Vec2::new(subject.image.width() as f32, subject.image.height() as f32)
 }
 
@@ -381,6 +398,11 @@ fn nothing(ui: &Ui, area: Rect, model: &Model) {
     };
     let font = egui::FontId::proportional(14.0);
     ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, text, font, Color32::from_gray(0x90));
+}
+
+/// Draws an image into an area of the window.
+pub(super) fn paint(ui: &Ui, area: Rect, drawn: Drawn) {
+    ui.painter_at(area).add(egui_wgpu::Callback::new_paint_callback(area, Callback(drawn)));
 }
 
 struct Callback(Drawn);

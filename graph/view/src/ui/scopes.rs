@@ -62,9 +62,9 @@ impl ScopePanel {
         self.scopes = None;
     }
 
-    /// The number of pixels with NaN in what is shown.
-    pub(super) fn nan(&self) -> u64 {
-        self.scopes.as_ref().map_or(0, |(scopes, _)| scopes.nan)
+    /// The number of pixels with NaN or infinities in what is shown.
+    pub(super) fn faults(&self) -> u64 {
+        self.scopes.as_ref().map_or(0, |(scopes, _)| scopes.faults)
     }
 
     /// The least and the largest number of what is shown.

@@ -7,7 +7,10 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditOutput;
 use egui::{Color32, Context, Id, RichText, ScrollArea, Ui};
 
+use super::completion::Completion;
+use super::text_colors::Colors;
 use super::text_find::Find;
+use super::text_place::TextPlace;
 use super::theme::{ACCENT, DIM, ERROR};
 use crate::Problem;
 use crate::model::Model;
@@ -31,6 +34,8 @@ pub(super) struct TextPanel {
     /// The panel scrolls to the marked lines.
     reveals: bool,
     find: Find,
+    colors: Colors,
+    completion: Completion,
 }
 
 impl TextPanel {
@@ -77,12 +82,19 @@ impl TextPanel {
         if self.marked.as_ref().map(|(node, _)| &**node) != selected {
             self.marked = selected.map(|node| (node.to_owned(), model.editor().lines_of(node)));
         }
-        self.find.show(ui, &self.text);
+        let is_list_closed = self.completion.keys(ui, model, Self::has_focus(ui.ctx()));
+        let is_closed = self.find.show(ui, &self.text) || is_list_closed;
         let now = ui.input(|input| input.time);
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
+            let colors = &mut self.colors;
+            let mut layout = |ui: &Ui, text: &dyn egui::TextBuffer, width: f32| {
+                let mut job = colors.job(ui, text.as_str()).clone();
+                job.wrap.max_width = width;
+                ui.fonts_mut(|fonts| fonts.layout_job(job))
+            };
             let edit = egui::TextEdit::multiline(&mut self.text).id(field()).code_editor().desired_width(f32::INFINITY);
             let margin = egui::Margin { left: GUTTER, right: 4, top: 2, bottom: 2 };
-            let output = edit.margin(margin).show(ui);
+            let output = edit.margin(margin).layouter(&mut layout).show(ui);
             number_lines(ui, &output);
             if output.response.changed() {
                 self.typed = Some(now);
@@ -93,12 +105,38 @@ impl TextPanel {
             wrong_lines(model).into_iter().for_each(|line| mark(ui, &output, line, ERROR));
             self.mark_selected(ui, &output);
             self.find.mark(ui, &output, &self.text);
+            if is_closed {
+                output.response.request_focus();
+            }
+            self.complete(ui, model, &output);
         });
         match self.typed {
             Some(typed) if now - typed >= PAUSE => self.apply(model),
             Some(_) => ui.ctx().request_repaint_after(std::time::Duration::from_millis(50)),
             None => {}
         }
+    }
+
+    /// Writes what is taken from the list at the cursor.
+    fn complete(&mut self, ui: &Ui, model: &Model, output: &TextEditOutput) {
+        let Some(cursor) = output.cursor_range.map(|range| range.primary.index.0) else { return };
+        let byte_of = |text: &str, at: usize| text.char_indices().nth(at).map_or(text.len(), |(byte, _)| byte);
+        let at = byte_of(&self.text, cursor);
+        self.completion.follow(model, TextPlace::of(&self.text, &self.colors.tokens, at));
+        let Some((taken, replaced)) = self.completion.show(ui, model, output) else { return };
+        let end = replaced.start + taken.text.len() - taken.back;
+        self.text.replace_range(replaced, &taken.text);
+        self.typed = Some(ui.input(|input| input.time));
+        let mut state = output.state.clone();
+        let cursor = CCursor::new(self.text[..end].chars().count());
+        state.cursor.set_char_range(Some(CCursorRange::one(cursor)));
+        state.store(ui.ctx(), output.response.id);
+        output.response.request_focus();
+    }
+
+    /// Shows the manual of the kind that the cursor is in.
+    pub(super) fn docs(&self, ui: &mut Ui) {
+        self.completion.docs(ui);
     }
 
     /// Marks the lines of the selected node.

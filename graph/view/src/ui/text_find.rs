@@ -25,14 +25,15 @@ impl Find {
         (self.is_open, self.is_new) = (true, true);
     }
 
-    /// Shows the field over the text. Enter goes to the next place, with Shift to the one before, and Esc closes it.
-    pub(super) fn show(&mut self, ui: &mut Ui, text: &str) {
+    /// Shows the field over the text. Enter goes to the next place, with Shift to the one before. Returns true when Esc
+    /// closes it: the keyboard is that of the text then, where the cursor is behind the last place.
+    pub(super) fn show(&mut self, ui: &mut Ui, text: &str) -> bool {
         if !self.is_open {
-            return;
+            return false;
         }
         if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
             self.is_open = false;
-            return;
+            return true;
         }
         let count = places(text, &self.words).len();
         ui.horizontal(|ui| {
@@ -59,6 +60,7 @@ impl Find {
             };
             ui.label(RichText::new(found).color(DIM));
         });
+        false
     }
 
     /// Marks the places in the text that is shown, and goes to the present one.

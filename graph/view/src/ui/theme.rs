@@ -52,7 +52,7 @@ pub(super) fn apply(ctx: &egui::Context) {
     ctx.set_visuals(visuals);
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);
-        style.spacing.slider_width = 118.0;
+        style.spacing.slider_width = 112.0;
         style.spacing.interact_size.y = 20.0;
         let sizes =
             [(TextStyle::Body, 12.5), (TextStyle::Button, 12.5), (TextStyle::Small, 10.5), (TextStyle::Heading, 14.0)];

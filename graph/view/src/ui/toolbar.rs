@@ -13,6 +13,10 @@ use crate::model::{CompareWith, Editor, Model, Slot, TextProject};
 
 /// The length of the time bar where no sequence of images has one.
 const TIME_BAR_SECONDS: f64 = 40.0;
+/// The least width of a bar of the time in one row, if there is room for two.
+pub(super) const MIN_TIME_BAR: f32 = 620.0;
+/// The width of the time and the number of the frame beside the slider.
+const TIME_LABEL: f32 = 250.0;
 
 impl Viewer {
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
@@ -216,43 +220,58 @@ pub(super) fn picture_bar(ui: &mut Ui, view: &mut PictureView) {
     }
 }
 
-pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
+/// The bar of the time, in one row or in two.
+pub(super) fn time_bar(ui: &mut Ui, model: &mut Model, is_split: bool) {
+    if is_split {
+        ui.horizontal(|ui| time_buttons(ui, model));
+        ui.horizontal(|ui| time_slider(ui, model));
+    } else {
+        ui.horizontal(|ui| {
+            time_buttons(ui, model);
+            time_slider(ui, model);
+        });
+    }
+}
+
+fn time_buttons(ui: &mut Ui, model: &mut Model) {
+    let clock = model.clock();
+    let text = if clock.is_playing { "Pause" } else { "Play" };
+    if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
+        clock.is_playing = !clock.is_playing;
+    }
+    if ui.button("Step").on_hover_text(". : one frame").clicked() {
+        clock.step();
+    }
+    if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
+        clock.cut();
+    }
+    for (index, (name, hint)) in POINTS.into_iter().enumerate() {
+        let is_set = clock.points()[index].is_some();
+        if ui.add(Button::selectable(is_set, name)).on_hover_text(hint).clicked() {
+            clock.mark(index);
+        }
+    }
+    ui.toggle_value(&mut clock.is_looping, "Loop").on_hover_text("Play again from the beginning of the part");
+}
+
+fn time_slider(ui: &mut Ui, model: &mut Model) {
     let (length, frame) = (model.images_length(), model.frame_number());
-    ui.horizontal(|ui| {
-        let clock = model.clock();
-        let text = if clock.is_playing { "Pause" } else { "Play" };
-        if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
-            clock.is_playing = !clock.is_playing;
-        }
-        if ui.button("Step").on_hover_text(". : one frame").clicked() {
-            clock.step();
-        }
-        if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
-            clock.cut();
-        }
-        for (index, (name, hint)) in POINTS.into_iter().enumerate() {
-            let is_set = clock.points()[index].is_some();
-            if ui.add(Button::selectable(is_set, name)).on_hover_text(hint).clicked() {
-                clock.mark(index);
-            }
-        }
-        ui.toggle_value(&mut clock.is_looping, "Loop").on_hover_text("Play again from the beginning of the part");
-        let mut time = clock.time;
-        let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
-        ui.spacing_mut().slider_width = (ui.available_width() - 250.0).max(80.0);
-        let mut shown = time.rem_euclid(seconds.max(1e-3));
-        let slider = ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false));
-        if slider.changed() {
-            time = shown;
-            clock.seek(time);
-        }
-        mark_points(ui, slider.rect, clock.points().map(|point| point.map(|point| (point / seconds) as f32)));
-        ui.label(RichText::new(format!("{:7.2} s  frame {frame}", clock.time)).monospace());
-        if clock.is_cut_shown() {
-            ui.label(RichText::new("without history").color(ACCENT).small())
-                .on_hover_text("The time was set: adaptation and other histories begin with this frame.");
-        }
-    });
+    let clock = model.clock();
+    let mut time = clock.time;
+    let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
+    ui.spacing_mut().slider_width = (ui.available_width() - TIME_LABEL).max(80.0);
+    let mut shown = time.rem_euclid(seconds.max(1e-3));
+    let slider = ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false));
+    if slider.changed() {
+        time = shown;
+        clock.seek(time);
+    }
+    mark_points(ui, slider.rect, clock.points().map(|point| point.map(|point| (point / seconds) as f32)));
+    ui.label(RichText::new(format!("{:7.2} s  frame {frame}", clock.time)).monospace());
+    if clock.is_cut_shown() {
+        ui.label(RichText::new("without history").color(ACCENT).small())
+            .on_hover_text("The time was set: adaptation and other histories begin with this frame.");
+    }
 }
 
 /// Marks the ends of the part that is played, as parts of the bar.

@@ -72,7 +72,7 @@ fn source_image(model: &Model, node: &str) -> Option<wgpu::Texture> {
     let graph = model.editor().graph()?;
     let mut source = (*graph.node(node)?.1.wires.first()?)?;
     loop {
-        if let Some(image) = model.wire_image(&InspectedWire::new(wire_name(graph, source))) {
+        if let Some((_, image)) = model.wire_image(&InspectedWire::new(wire_name(graph, source))) {
             return Some(image);
         }
         let Source::Node { node, output, .. } = source else { return None };

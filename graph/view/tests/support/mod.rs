@@ -206,12 +206,18 @@ impl Window {
         self.target = window_target(gpu, self.size);
     }
 
-    /// A file is dropped on the window.
+    /// A file is dropped on the window, at a place that no row of an input has.
     pub(crate) fn drop_file(&mut self, path: &str) {
-        self.input(egui::RawInput {
-            dropped_files: vec![std::sync::Arc::new(Dropped(path.into()))],
-            ..Default::default()
-        });
+        self.drop_files(&[path], egui::pos2(660.0, 230.0));
+    }
+
+    /// Files are dropped at a place, of which the window learns after the drop.
+    pub(crate) fn drop_files(&mut self, paths: &[&str], at: egui::Pos2) {
+        let mut dropped_files: Vec<std::sync::Arc<dyn egui::DroppedFile + Send + Sync>> = Vec::new();
+        paths.iter().for_each(|path| dropped_files.push(std::sync::Arc::new(Dropped(path.into()))));
+        self.input(egui::RawInput { dropped_files, ..Default::default() });
+        self.frame(vec![egui::Event::PointerMoved(at)]);
+        (0..8).for_each(|_| self.frame(Vec::new()));
     }
 
     /// Draws a frame after these events.

@@ -10,6 +10,7 @@ use egui::{Align2, Color32, FontId, Pos2, Rect, Response, RichText, Sense, Shape
 use super::super::theme::{ACCENT, DIM, FIELD, wire_color};
 use super::drag::{Drag, Held};
 use super::layout::{Item, Placed};
+use super::thumbnail::Thumbnails;
 use super::wire::{input_of, wire_name, wire_text, wired_inputs};
 use crate::model::Model;
 
@@ -63,6 +64,7 @@ pub(super) struct Drawing<'d> {
     pub(super) drag: Option<&'d Drag>,
     /// The size of the names of nodes.
     pub(super) name_size: f32,
+    pub(super) thumbnails: Option<Thumbnails<'d>>,
 }
 
 /// A wire of the drawing.
@@ -213,6 +215,7 @@ impl Drawing<'_> {
                 let is_fit = self.drag.is_none_or(|drag| drag.of_wire(name).is_some_and(|fit| fit.refusal.is_none()));
                 let response = self.frame(ui, rect, name, (!is_fit, self.inspected == Some(name), false));
                 acts.extend(response.clicked().then(|| Act::Inspect(name.clone())));
+                self.thumbnail(ui, rect, Source::Input(input));
                 self.output(ui, Source::Input(input), acts);
             }
             Item::Output(output) => {
@@ -245,6 +248,7 @@ impl Drawing<'_> {
         } else if response.secondary_clicked() {
             acts.push(Act::Menu(node.name.clone()));
         }
+        self.thumbnail(ui, rect, Source::Node { node: index, output: 0, previous: 0 });
         if self.drag.is_none() {
             response.on_hover_ui(|ui| about(ui, node, skipped));
         }

@@ -4,23 +4,25 @@ use afterimage_graph::node::NodeKind;
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Button, Color32, FontId, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui};
 
-use super::super::theme::DIM;
+use super::super::theme::{ACCENT, DIM};
 
 /// Kinds, and the words that are searched in them.
 pub(super) struct KindList {
     kinds: Vec<NodeKind>,
+    /// Those that fit elsewhere alone, which are shown if no other has the words.
+    others: Vec<NodeKind>,
     search: String,
     /// The entry that Enter takes.
     present: usize,
 }
 
 impl KindList {
-    pub(super) fn new(kinds: Vec<NodeKind>) -> Self {
-        Self { kinds, search: String::new(), present: 0 }
+    pub(super) fn new(kinds: Vec<NodeKind>, others: Vec<NodeKind>) -> Self {
+        Self { kinds, others, search: String::new(), present: 0 }
     }
 
     /// Shows the field and the list. Returns the kind that is taken, by a click or by Enter.
-    pub(super) fn show(&mut self, ui: &mut Ui, is_new: bool, height: f32) -> Option<String> {
+    pub(super) fn show(&mut self, ui: &mut Ui, is_new: bool, height: f32) -> Option<TakenKind> {
         let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
         let (is_down, is_up, is_entered) = (pressed(Key::ArrowDown), pressed(Key::ArrowUp), pressed(Key::Enter));
         let hint = "Find a kind: blur, bloom, grain…";
@@ -28,7 +30,9 @@ impl KindList {
         if is_new {
             field.request_focus();
         }
-        let found = found(&self.kinds, &self.search);
+        let fitting = found(&self.kinds, &self.search);
+        let is_elsewhere = fitting.is_empty() && !self.search.is_empty();
+        let found = if is_elsewhere { found(&self.others, &self.search) } else { fitting };
         self.present = match (is_down, is_up) {
             _ if field.changed() => 0,
             (true, _) => self.present + 1,
@@ -39,11 +43,14 @@ impl KindList {
         if found.is_empty() {
             let text = if self.kinds.is_empty() { "No kind fits here." } else { "No kind has these words." };
             ui.label(RichText::new(text).color(DIM));
+        } else if is_elsewhere {
+            let text = "Not on this wire. It is inserted on the nearest one that takes it:";
+            ui.label(RichText::new(text).color(ACCENT).small());
         }
         let mut taken = found.get(self.present).filter(|_| is_entered).map(|kind| kind.name().to_owned());
         ScrollArea::vertical().max_height(height).show(ui, |ui| {
             for (index, kind) in found.iter().enumerate() {
-                let entry = ui.add(Button::selectable(index == self.present, entry(kind)).wrap());
+                let entry = ui.add(Button::selectable(index == self.present, entry_of(kind)).wrap());
                 if entry.clicked() {
                     taken = Some(kind.name().to_owned());
                 }
@@ -53,8 +60,15 @@ impl KindList {
                 entry.on_hover_text(kind.doc());
             }
         });
-        taken
+        taken.map(|name| TakenKind { name, is_elsewhere })
     }
+}
+
+/// A kind that was taken.
+pub(super) struct TakenKind {
+    pub(super) name: String,
+    /// It does not fit where it was asked for.
+    pub(super) is_elsewhere: bool,
 }
 
 /// The kinds that have all words of a search, those with the words in their names first.
@@ -77,14 +91,21 @@ fn found<'k>(kinds: &'k [NodeKind], search: &str) -> Vec<&'k NodeKind> {
 }
 
 /// A kind with its ports, and one sentence about it.
-fn entry(kind: &NodeKind) -> LayoutJob {
-    let format = |size, color| TextFormat { font_id: FontId::proportional(size), color, ..TextFormat::default() };
+fn entry_of(kind: &NodeKind) -> LayoutJob {
     let inputs: Vec<&str> = kind.inputs().iter().filter(|input| !input.optional).map(|input| &*input.name).collect();
     let outputs: Vec<&str> = kind.outputs().iter().map(|output| &*output.name).collect();
+    entry(kind.name(), &format!("{} → {}", inputs.join(", "), outputs.join(", ")), kind.doc())
+}
+
+/// A name with a detail, and one sentence about it.
+pub(in super::super) fn entry(name: &str, detail: &str, doc: &str) -> LayoutJob {
+    let format = |size, color| TextFormat { font_id: FontId::proportional(size), color, ..TextFormat::default() };
     let mut job = LayoutJob::default();
-    job.append(kind.name(), 0.0, format(12.5, Color32::from_gray(0xe4)));
-    job.append(&format!("{} → {}", inputs.join(", "), outputs.join(", ")), 8.0, format(10.5, DIM));
-    job.append(&format!("\n{}", first_sentence(kind.doc())), 0.0, format(10.5, Color32::from_gray(0xb4)));
+    job.append(name, 0.0, format(12.5, Color32::from_gray(0xe4)));
+    job.append(detail, 8.0, format(10.5, DIM));
+    if !doc.is_empty() {
+        job.append(&format!("\n{}", first_sentence(doc)), 0.0, format(10.5, Color32::from_gray(0xb4)));
+    }
     job
 }
 

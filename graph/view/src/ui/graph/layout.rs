@@ -1,6 +1,7 @@
 //! Layout of the nodes of a graph in ranks from left to right, so that wires go to the right.
 
 use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::node::PortType;
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 
@@ -30,13 +31,18 @@ const GAP: f32 = 0.8;
 /// Number of passes that order the columns by their neighbors.
 const SWEEPS: usize = 48;
 
-/// Places the inputs, nodes and outputs of a graph.
-pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
+/// Rows that a thumbnail takes.
+pub(super) const THUMBNAIL: f32 = 3.8;
+
+/// Places the inputs, nodes and outputs of a graph, with room for thumbnails or without.
+pub(super) fn layout(graph: &Graph, has_thumbnails: bool) -> Vec<Placed> {
     let ranks = ranks(graph);
-    let inputs = (0..graph.inputs.len()).map(|input| (Item::Input(input), 0, 1.6));
-    let nodes = graph.nodes.iter().enumerate().map(|(index, node)| {
-        let ports = node.wires.iter().filter(|wire| wire.is_some()).count().max(node.kind().outputs().len());
-        (Item::Node(index), ranks[index], 1.2 + ports as f32)
+    let room = |source| if has_thumbnails && has_image(graph.port_type(source)) { THUMBNAIL } else { 0.0 };
+    let inputs = (0..graph.inputs.len()).map(|input| (Item::Input(input), 0, 1.6 + room(Source::Input(input))));
+    let nodes = graph.nodes.iter().enumerate().map(|(node, found)| {
+        let ports = found.wires.iter().filter(|wire| wire.is_some()).count().max(found.kind().outputs().len());
+        let room = room(Source::Node { node, output: 0, previous: 0 });
+        (Item::Node(node), ranks[node], 1.2 + ports as f32 + room)
     });
     let outputs = graph.outputs.iter().enumerate().map(|(index, output)| {
         let rank = if let Source::Node { node, .. } = output.source { ranks[node] } else { 0 };
@@ -49,6 +55,11 @@ pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
         align(graph, &mut placed);
     }
     placed
+}
+
+/// True for wires that carry what can be seen.
+pub(super) fn has_image(ty: PortType) -> bool {
+    matches!(ty, PortType::Image | PortType::Pyramid | PortType::Volume)
 }
 
 /// The rank of each node: one more than the largest of those that it reads.
@@ -138,9 +149,10 @@ mod tests {
 
     #[test]
     fn every_wire_goes_to_the_right_and_no_boxes_overlap() {
-        for (name, _) in afterimage_pipelines::PIPELINES {
+        let names = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| *name);
+        for (name, has_thumbnails) in names.flat_map(|name| [(name, false), (name, true)]) {
             let graph = graph(name);
-            let placed = layout(&graph);
+            let placed = layout(&graph, has_thumbnails);
             let rank = |item: Item| placed.iter().find(|placed| placed.item == item).expect("it has a place").rank;
             for (index, node) in graph.nodes.iter().enumerate() {
                 for source in node.wires.iter().flatten() {

@@ -7,7 +7,7 @@ use egui::{Area, Button, Context, Frame, Id, Key, Layout, Modifiers, Order, Pos2
 use super::super::list_keys::choose_by_keys;
 use super::super::theme::{DIM, ERROR};
 use super::drag::{connection, reason};
-use super::kinds::KindList;
+use super::kinds::{KindList, TakenKind};
 use super::wire::wire_text;
 use crate::Problem;
 use crate::model::{InspectedWire, Model, Target};
@@ -50,7 +50,7 @@ enum Choice {
     Rename(String),
     Sources(Reader),
     /// A kind on the page of kinds.
-    Kind(String),
+    Kind(TakenKind),
 }
 
 /// A step that the menu has taken.
@@ -80,13 +80,16 @@ impl Menu {
 
     /// The kinds that fit between an input or output and what it reads.
     pub(super) fn insert(at: Pos2, model: &Model, reader: Reader) -> Result<Self, Problem> {
-        let list = KindList::new(model.kinds_between(&reader)?);
+        let fitting = model.kinds_between(&reader)?;
+        let mut others = model.kinds()?;
+        others.retain(|kind| !fitting.iter().any(|fitting| fitting.name() == kind.name()));
+        let list = KindList::new(fitting, others);
         Ok(Self::new(at, Page::Kinds { before: Some(reader), list }))
     }
 
     /// All kinds.
     pub(super) fn add(at: Pos2, model: &Model) -> Result<Self, Problem> {
-        Ok(Self::new(at, Page::Kinds { before: None, list: KindList::new(model.kinds()?) }))
+        Ok(Self::new(at, Page::Kinds { before: None, list: KindList::new(model.kinds()?, Vec::new()) }))
     }
 
     fn sources(at: Pos2, model: &Model, reader: Reader) -> Result<Self, Problem> {
@@ -159,9 +162,10 @@ impl Menu {
                 }
                 Err(problem) => Err(problem),
             },
-            Choice::Kind(kind) => match &self.page {
-                Page::Kinds { before: Some(reader), .. } => model.insert_node(&kind, reader.clone()).map(Some),
-                _ => model.add_node(&kind, selected).map(Some),
+            Choice::Kind(TakenKind { name, is_elsewhere }) => match &self.page {
+                Page::Kinds { before: Some(reader), .. } if is_elsewhere => insert_near(model, &name, reader),
+                Page::Kinds { before: Some(reader), .. } => model.insert_node(&name, reader.clone()).map(Some),
+                _ => model.add_node(&name, selected).map(Some),
             },
         };
         match made {
@@ -171,6 +175,14 @@ impl Menu {
                 Outcome::Open
             }
         }
+    }
+}
+
+/// Inserts a node on the wire that takes it and is nearest to another one.
+fn insert_near(model: &mut Model, kind: &str, reader: &Reader) -> Result<Option<String>, Problem> {
+    match model.nearest_place(kind, reader)? {
+        Some(place) => model.insert_node(kind, place).map(Some),
+        None => Err(Problem::message(format!("no wire of the pipeline takes a `{kind}`"))),
     }
 }
 

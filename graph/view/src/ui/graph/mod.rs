@@ -7,6 +7,7 @@ mod kinds;
 mod layout;
 mod menu;
 mod target;
+mod thumbnail;
 mod wire;
 
 use std::collections::BTreeMap;
@@ -22,9 +23,11 @@ use crate::Problem;
 use crate::model::{InspectedWire, Model, PipelineInstance};
 use drag::{Drag, connection, reason};
 use drawing::{Act, COLUMN, Drawing, ROW, WIDTH};
+pub(super) use kinds::entry;
 use layout::{Item, Placed, layout};
 use menu::{Menu, Outcome, refusal};
 use target::is_near;
+pub(super) use thumbnail::Thumbnails;
 pub(super) use wire::wire_name;
 
 /// The scales at which a graph is shown.
@@ -41,12 +44,15 @@ pub(super) struct GraphPanel {
     placed: Vec<Placed>,
     /// The names of the placed inputs, nodes and outputs, and what they read.
     placed_names: Vec<String>,
+    has_room: bool,
     /// The node whose parameters and wires are pointed out.
     selected: Option<String>,
     /// The selection is new: other panels go to it.
     is_new_selection: bool,
     drag: Option<Drag>,
     menu: Option<Menu>,
+    /// The images of wires are shown in the boxes.
+    pub(super) shows_thumbnails: bool,
     /// From the drawing to the window.
     to_window: TSTransform,
 }
@@ -110,7 +116,7 @@ impl GraphPanel {
     }
 
     /// Shows the graph, and edits it as the user says. Returns a message, if an edit was not possible.
-    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) -> Option<String> {
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model, thumbnails: Thumbnails<'_>) -> Option<String> {
         let Some(graph) = model.editor().graph().cloned() else {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
             return None;
@@ -122,7 +128,8 @@ impl GraphPanel {
         ui.interact(panel, field(), Sense::focusable_noninteractive());
         let by_key = self.keys(ui, model, &graph);
         self.hold_earlier(ui, model);
-        let (acts, wire) = self.draw(ui, model, &graph, panel);
+        let thumbnails = self.shows_thumbnails.then_some(thumbnails);
+        let (acts, wire) = self.draw(ui, model, (&graph, thumbnails), panel);
         let by_act = acts.into_iter().filter_map(|act| self.act(ui, model, act)).last();
         let by_wire = wire.and_then(|(reader, at)| self.open(Menu::insert(at, model, reader)));
         by_key.or(by_act).or(by_wire)
@@ -142,7 +149,13 @@ impl GraphPanel {
     }
 
     /// Draws the graph. Returns what the user does with it, and the wire that was clicked.
-    fn draw(&mut self, ui: &mut Ui, model: &Model, graph: &Graph, panel: Rect) -> (Vec<Act>, Option<(Reader, Pos2)>) {
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        model: &Model,
+        (graph, thumbnails): (&Graph, Option<Thumbnails<'_>>),
+        panel: Rect,
+    ) -> (Vec<Act>, Option<(Reader, Pos2)>) {
         let fused = fused(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
         let inspected = model.inspector().wire().map(|wire| wire.wire.clone());
         let before = self.zoomed(ui, panel);
@@ -163,6 +176,7 @@ impl GraphPanel {
             selected: self.selected.as_deref(),
             drag: self.drag.as_ref(),
             // Names are larger in a drawing that is made smaller, as far as their boxes have room.
+            thumbnails,
             name_size: (11.5 * before.width() / panel.width()).clamp(11.5, 15.0),
         };
         let scene = egui::Scene::new().zoom_range(SCALES.0..=SCALES.1);
@@ -294,16 +308,17 @@ impl GraphPanel {
         Rect::from_center_size(view.center().clamp(bounds.min, bounds.max), view.size())
     }
 
-    /// Places the boxes anew if they or their wires are others. All of another pipeline is shown.
+    /// Places the boxes anew if they, their sizes or their wires are others. All of another pipeline is shown.
     fn place(&mut self, graph: &Graph) {
         let names = placed_names(graph);
-        if names == self.placed_names {
+        if names == self.placed_names && self.has_room == self.shows_thumbnails {
             return;
         }
-        if !names.iter().any(|name| self.placed_names.contains(name)) {
+        if self.has_room != self.shows_thumbnails || !names.iter().any(|name| self.placed_names.contains(name)) {
             self.view = None;
         }
-        (self.placed, self.placed_names) = (layout(graph), names);
+        self.has_room = self.shows_thumbnails;
+        (self.placed, self.placed_names) = (layout(graph, self.has_room), names);
     }
 }
 
