@@ -7,7 +7,8 @@ pub(super) fn after(text: &str, frames: u64, fps: f64) -> Option<String> {
     let is_dropping = text.contains([';', '.']);
     let fields = text.split([':', ';', '.']).map(str::parse).collect::<Result<Vec<u64>, _>>().ok()?;
     let &[hours, minutes, seconds, frame] = fields.as_slice() else { return None };
-    let is_valid = hours < 24 && minutes < 60 && seconds < 60 && frame < rate && (!is_dropping || rate % 30 == 0);
+    let is_valid =
+        hours < 24 && minutes < 60 && seconds < 60 && frame < rate && (!is_dropping || rate.is_multiple_of(30));
     if !is_valid {
         return None;
     }

@@ -81,7 +81,7 @@ struct Column {
 impl Column {
     /// Functions that read many texels are called for pixels beside each other: where they read the same texel around
     /// two pixels, drivers load it once. On an H200 at 4K, `Cas` takes 73 us so, and 112 us with rows eight apart. They
-    /// are apart in an image that ends within a column, because the limit of such places hides that texels are the same.
+    /// are apart in an image that ends within a column: the limit of such places hides that texels are the same.
     fn of(code: &PassCode<'_>, size: Size) -> Column {
         const FEW: usize = 2;
         let reads_few = code.pass.kernels.iter().all(|kernel| kernel.shader.texel_reads(&kernel.function) <= FEW);

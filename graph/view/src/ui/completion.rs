@@ -4,7 +4,7 @@ use afterimage_graph::node::NodeKind;
 use egui::text_edit::TextEditOutput;
 use egui::{Area, Button, Color32, Frame, Id, Key, Modifiers, Order, Pos2, RichText, ScrollArea, Ui};
 
-use super::graph::entry;
+use super::entry::entry;
 use super::proposals::{Known, Proposal, short_type};
 use super::text_place::TextPlace;
 use super::theme::{ACCENT, DIM};

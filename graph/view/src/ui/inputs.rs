@@ -191,8 +191,8 @@ impl InputPanel {
     }
 }
 
-/// Seconds after a drop until its place is known. While files are dragged, the desktop has the pointer, and tells nobody
-/// its place; the window learns it from the first event after the drop.
+/// Seconds after a drop until its place is known. While files are dragged, the desktop has the pointer, and tells
+/// nobody its place; the window learns it from the first event after the drop.
 const DROP_PAUSE: f64 = 0.1;
 
 /// The message about a file: that an input has it, or why none has.

@@ -5,6 +5,7 @@ mod completion;
 mod controls;
 mod cost;
 mod curves;
+mod entry;
 mod export;
 mod fault_search;
 mod graph;

@@ -9,7 +9,7 @@ use egui::{Align2, Color32, FontId, Pos2, Rect, Response, RichText, Sense, Shape
 
 use super::super::theme::{ACCENT, DIM, FIELD, wire_color};
 use super::drag::{Drag, Held};
-use super::layout::{Item, Placed};
+use super::layout::{Item, Placed, THUMBNAIL, has_image};
 use super::thumbnail::Thumbnails;
 use super::wire::{input_of, wire_name, wire_text, wired_inputs};
 use crate::model::Model;
@@ -229,6 +229,14 @@ impl Drawing<'_> {
                 self.input(ui, rect.left_center(), (reader, color), acts);
             }
             Item::Node(node) => self.node(ui, rect, node, acts),
+        }
+    }
+
+    /// Draws what a wire carries at the bottom of a box, if it is an image and thumbnails are shown.
+    fn thumbnail(&self, ui: &Ui, rect: Rect, source: Source) {
+        if let Some(thumbnails) = self.thumbnails.filter(|_| has_image(self.graph.port_type(source))) {
+            let bottom = rect.with_min_y(rect.max.y - THUMBNAIL * ROW);
+            thumbnails.show(ui, bottom, self.graph, self.model, source);
         }
     }
 

@@ -1,9 +1,10 @@
 //! The list of kinds for a new node, which is searched by words.
 
 use afterimage_graph::node::NodeKind;
-use egui::text::{LayoutJob, TextFormat};
-use egui::{Button, Color32, FontId, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui};
+use egui::text::LayoutJob;
+use egui::{Button, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui};
 
+use super::super::entry::entry;
 use super::super::theme::{ACCENT, DIM};
 
 /// Kinds, and the words that are searched in them.
@@ -97,23 +98,6 @@ fn entry_of(kind: &NodeKind) -> LayoutJob {
     entry(kind.name(), &format!("{} → {}", inputs.join(", "), outputs.join(", ")), kind.doc())
 }
 
-/// A name with a detail, and one sentence about it.
-pub(in super::super) fn entry(name: &str, detail: &str, doc: &str) -> LayoutJob {
-    let format = |size, color| TextFormat { font_id: FontId::proportional(size), color, ..TextFormat::default() };
-    let mut job = LayoutJob::default();
-    job.append(name, 0.0, format(12.5, Color32::from_gray(0xe4)));
-    job.append(detail, 8.0, format(10.5, DIM));
-    if !doc.is_empty() {
-        job.append(&format!("\n{}", first_sentence(doc)), 0.0, format(10.5, Color32::from_gray(0xb4)));
-    }
-    job
-}
-
-pub(super) fn first_sentence(doc: &str) -> &str {
-    let paragraph = doc.trim_start().split("\n\n").next().unwrap_or(doc);
-    paragraph.find(". ").map_or(paragraph, |end| &paragraph[..=end])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,11 +112,5 @@ mod tests {
         assert_eq!(names("grain film")[0], "FilmGrain");
         assert!(names("xyzzy").is_empty());
         assert!(names("bloom").len() > 1);
-    }
-
-    #[test]
-    fn a_sentence_ends_at_its_full_stop() {
-        assert_eq!(first_sentence(" One. Two."), "One.");
-        assert_eq!(first_sentence("One of 1.5\n\nTwo."), "One of 1.5");
     }
 }

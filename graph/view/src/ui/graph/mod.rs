@@ -23,7 +23,6 @@ use crate::Problem;
 use crate::model::{InspectedWire, Model, PipelineInstance};
 use drag::{Drag, connection, reason};
 use drawing::{Act, COLUMN, Drawing, ROW, WIDTH};
-pub(super) use kinds::entry;
 use layout::{Item, Placed, layout};
 use menu::{Menu, Outcome, refusal};
 use target::is_near;
