@@ -76,7 +76,7 @@ fn write(name: &str, text: &str, file: &Path, tables: &[&[NodeKind]]) -> Result<
 
 /// Writes a new pipeline, and the files that it names next to it: all of them or none. What is there is not replaced.
 pub(crate) fn write_with_files(file: &Path, text: &str, named: &[(String, Arc<[u8]>)]) -> Result<(), Failure> {
-    if file.extension().is_none_or(|ending| ending != "ron") {
+    if file.extension().is_some_and(|ending| ending != "ron") {
         return Err(Failure::user(format!("`{}` is no name of a pipeline", file.display())).hint("it ends in `.ron`"));
     }
     let own = file.file_name().ok_or_else(|| Failure::user(format!("`{}` is no name of a file", file.display())))?;
