@@ -14,7 +14,7 @@ use crate::support::sequence::Sequence;
 use crate::support::sweep;
 
 const SIDE: u32 = 128;
-/// What is near a lamp is the lamp itself, in pixels.
+/// Pixels around a lamp that show the lamp itself.
 const NEAR: f64 = 12.0;
 /// Of the glow of a lamp that has none worth the name, in pixels of white.
 const NO_GLOW: f64 = 0.02;

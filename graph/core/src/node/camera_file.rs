@@ -25,7 +25,7 @@ impl CameraFile {
     /// Reads JSON.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The text is no JSON, or has no matrices.
     pub fn from_json(text: &[u8]) -> Result<Self, String> {
         serde_json::from_slice(text).map_err(|error| error.to_string())
     }

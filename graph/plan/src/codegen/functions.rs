@@ -51,8 +51,7 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
     if sanitizes {
         return 1;
     }
-    let pressure = pass.kernels.iter().map(KernelCall::register_pressure).max().unwrap_or_default();
-    let rows = match (pressure, size.texels()) {
+    let rows = match (register_pressure(pass), size.texels()) {
         (RegisterPressure::High, _)
         | (RegisterPressure::Medium, 0..0x40_0000)
         | (RegisterPressure::Low, 0..0x4_0000) => 1,
@@ -69,6 +68,10 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
     }
 }
 
+fn register_pressure(pass: &Pass) -> RegisterPressure {
+    pass.kernels.iter().map(KernelCall::register_pressure).max().unwrap_or_default()
+}
+
 /// The texels that an invocation makes, one below the other.
 struct Column {
     rows: u32,
@@ -79,15 +82,17 @@ struct Column {
 }
 
 impl Column {
-    /// Functions that read many texels are called for pixels beside each other: where they read the same texel around
-    /// two pixels, drivers load it once. On an H200 at 4K, `Cas` takes 73 us so, and 112 us with rows eight apart. They
-    /// are apart in an image that ends within a column: the limit of such places hides that texels are the same.
+    /// Functions that read many texels, without long loops, are called for pixels beside each other: where they read
+    /// the same texel around two pixels, drivers load it once. On an H200 at 4K, `Cas` takes 73 us so, and 112 us with
+    /// rows eight apart; but the loop of `GodRays` takes 413 us at 8K, and 244 us apart. Where an image ends within a
+    /// column, they are apart, too: the limit of such places hides that texels are the same.
     fn of(code: &PassCode<'_>, size: Size) -> Column {
         const FEW: usize = 2;
         let reads_few = code.pass.kernels.iter().all(|kernel| kernel.shader.texel_reads(&kernel.function) <= FEW);
         let rows = rows_of(code.pass, size, code.sample_mode().sanitizes());
         let is_whole = size.height.is_multiple_of(rows) && !code.options.has_origin;
-        Column { rows, apart: if is_whole && !reads_few { 1 } else { HEIGHT }, reads_few }
+        let is_beside = is_whole && !reads_few && register_pressure(code.pass) == RegisterPressure::Low;
+        Column { rows, apart: if is_beside { 1 } else { HEIGHT }, reads_few }
     }
 
     /// The expression of an invocation's first texel in its workgroup, from the bottom up. Invocations that run

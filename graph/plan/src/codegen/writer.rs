@@ -150,7 +150,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// Statements that try what `made` makes from pixels of the host at the places `at0` up to `at{count}`, as if they
     /// needed no limit and no light became less than 0. Where that holds, nearly everywhere, `light_lowest` is then 0.
-    /// What is made does not wait for the test: on an H200 at 4K, `lynx` takes 3 us less.
+    /// The code does not wait for the test: on an H200 at 4K, `lynx` takes 3 us less.
     pub(super) fn try_light(&self, count: u32, made: &str) -> String {
         let (largest, _) = self.limits_of_pixels(count, "");
         format!(

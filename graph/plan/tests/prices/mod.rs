@@ -1,4 +1,4 @@
-//! What the built-in pipelines cost, counted in their plans and in the code of their passes, and a hash of what their
+//! The cost of the built-in pipelines, counted in their plans and in the code of their passes, and a hash of what their
 //! files set. `AFTERIMAGE_BLESS=1` writes `golden/prices.txt` again, so that a commit shows the price of what it
 //! changes.
 

@@ -24,7 +24,7 @@ pub(super) struct FaultSearch {
     images: usize,
     /// The image that was sampled last has not arrived yet.
     is_reading: bool,
-    /// What is known of each image that was sampled.
+    /// The findings in each image that was sampled.
     found: BTreeMap<String, Found>,
 }
 

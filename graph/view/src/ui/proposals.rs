@@ -1,4 +1,4 @@
-//! What can be written at a place of the text: sections, kinds, ports, parameters, values, and wires.
+//! Proposals for a place of the text: sections, kinds, ports, parameters, values, and wires.
 
 use afterimage_graph::check::{Graph, NODE_FIELDS, Source};
 use afterimage_graph::document::{SECTIONS, TokenKind, image_type_names};
@@ -12,7 +12,7 @@ use super::text_place::TextPlace;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Proposal {
     pub(super) name: String,
-    /// What replaces the word at the cursor.
+    /// The text that replaces the word at the cursor.
     pub(super) text: String,
     /// Bytes at the end of it that the cursor stands before.
     pub(super) back: usize,
@@ -41,7 +41,7 @@ impl Proposal {
     }
 }
 
-/// What the proposals are made from: the kinds, and the last graph without errors.
+/// The source of proposals: the kinds, and the last graph without errors.
 pub(super) struct Known<'k> {
     pub(super) kinds: &'k [NodeKind],
     pub(super) graph: Option<&'k Graph>,
