@@ -133,7 +133,7 @@ fn mirrored_and_transposed_pictures_are_mirrored_and_transposed() {
 fn a_picture_that_moves_by_pixels_stays_the_same() {
     for subject in subjects(&["matinee"]) {
         let whole = scene(2);
-        // What moves is in front of gray, so that nothing comes into view.
+        // A patch moves in front of gray, so that nothing comes into view.
         let at = |left: u32| {
             Picture::new(SIDE, SIDE, |x, y| match (x.checked_sub(left), y.checked_sub(40)) {
                 (Some(x @ ..48), Some(y @ ..48)) => whole.at(x + 40, y + 40),

@@ -242,16 +242,16 @@ fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'
 /// The path of a file, of which the name alone is shown until it is typed in.
 pub(super) fn path_line(ui: &mut Ui, name: &str, path: &str, hint: &str, width: f32) -> Option<String> {
     let short = Path::new(path).file_name().map_or(path.into(), |name| name.to_string_lossy());
-    field(ui, name, (path, &short), hint, width)
+    field(ui, name, path, &short, hint, width)
 }
 
 /// A text that counts when it is finished. `hint` is shown while it is empty.
 fn line(ui: &mut Ui, name: &str, text: &str, hint: &str, width: f32) -> Option<String> {
-    field(ui, name, (text, text), hint, width)
+    field(ui, name, text, text, hint, width)
 }
 
-/// A field that shows another text until it is typed in.
-fn field(ui: &mut Ui, name: &str, (text, shown): (&str, &str), hint: &str, width: f32) -> Option<String> {
+/// A field for `text` that has `shown` in its place until it is typed in.
+fn field(ui: &mut Ui, name: &str, text: &str, shown: &str, hint: &str, width: f32) -> Option<String> {
     // An identity that egui counts changes with the rows above, and the field would lose the keyboard.
     let id = ui.id().with(("line", name));
     let begun = ui.data(|data| data.get_temp::<String>(id));

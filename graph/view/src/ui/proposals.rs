@@ -277,7 +277,7 @@ mod tests {
         assert!(!names(&third("ToneMap(source: \"exposed\", |)")).contains(&"source".to_owned()));
         assert!(names(&third("ToneMap(curve: |)")).contains(&"AcesNarkowicz".to_owned()));
         assert_eq!(names(&third("ToneMap(curve: AcesNark|)"))[0], "AcesNarkowicz");
-        // What a port can take comes first: a pyramid is no image.
+        // Wires that a port can take come first: a pyramid is no image.
         let wires = names(&third("ToneMap(source: |)"));
         assert_eq!((&*wires[0], wires.contains(&"third".to_owned())), ("exposed", false));
         assert_eq!(names(&third("Upsample(source: |)"))[0], "mips");

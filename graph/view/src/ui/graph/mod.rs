@@ -128,7 +128,7 @@ impl GraphPanel {
         let by_key = self.keys(ui, model, &graph);
         self.hold_earlier(ui, model);
         let thumbnails = self.shows_thumbnails.then_some(thumbnails);
-        let (acts, wire) = self.draw(ui, model, (&graph, thumbnails), panel);
+        let (acts, wire) = self.draw(ui, model, &graph, thumbnails, panel);
         let by_act = acts.into_iter().filter_map(|act| self.act(ui, model, act)).last();
         let by_wire = wire.and_then(|(reader, at)| self.open(Menu::insert(at, model, reader)));
         by_key.or(by_act).or(by_wire)
@@ -152,7 +152,8 @@ impl GraphPanel {
         &mut self,
         ui: &mut Ui,
         model: &Model,
-        (graph, thumbnails): (&Graph, Option<Thumbnails<'_>>),
+        graph: &Graph,
+        thumbnails: Option<Thumbnails<'_>>,
         panel: Rect,
     ) -> (Vec<Act>, Option<(Reader, Pos2)>) {
         let fused = fused(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
@@ -174,8 +175,8 @@ impl GraphPanel {
             inspected: inspected.as_deref(),
             selected: self.selected.as_deref(),
             drag: self.drag.as_ref(),
-            // Names are larger in a drawing that is made smaller, as far as their boxes have room.
             thumbnails,
+            // Names are larger in a drawing that is made smaller, as far as their boxes have room.
             name_size: (11.5 * before.width() / panel.width()).clamp(11.5, 15.0),
         };
         let scene = egui::Scene::new().zoom_range(SCALES.0..=SCALES.1);
