@@ -268,7 +268,7 @@ if [ "${MINUTES:-0}" != 0 ]; then
     end=$(($(date +%s) + 60 * MINUTES)) middle=$(($(date +%s) + 30 * MINUTES)) half=
     while [ "$(date +%s)" -lt $end ]; do
         for at in $x $x2; do xdotool mousemove --window "$window" "$at" "$y"; sleep 0.1; done
-        [ -n "$half" ] || [ "$(date +%s)" -lt $middle ] || half=$(memory)
+        [ -n "$half" ] || [ "$(date +%s)" -lt $middle ] || { half=$(memory); import -window "$window" "$out/everything.png"; }
     done
     xdotool mouseup 1
     whole=$(memory)

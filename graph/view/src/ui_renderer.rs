@@ -69,7 +69,11 @@ impl UiRenderer {
     /// The renderer of egui panics on a lost device: check [`Model::has_device`] before.
     pub fn frame(&mut self, input: egui::RawInput, target: FrameTarget<'_>, elapsed: f64) -> egui::FullOutput {
         let begin = Instant::now();
-        input.dropped_files.iter().for_each(|file| self.open_file(file.path(), None));
+        for dropped in &input.dropped_files {
+            if let Some(file) = self.input_file(dropped.path()) {
+                self.viewer.drop_input(&self.ctx, file);
+            }
+        }
         if let Some((input, path)) = self.viewer.take_named_file() {
             self.open_file(&path, input.as_deref());
         }
@@ -95,13 +99,21 @@ impl UiRenderer {
         output
     }
 
-    /// Opens a file that is dropped or chosen, or that is named for an input.
+    /// Opens a file that is chosen, or that is named for an input.
     pub(crate) fn open_file(&mut self, path: &Path, input: Option<&str>) {
+        if let Some(file) = self.input_file(path) {
+            self.viewer.open_input(&self.ctx, file, input);
+        }
+    }
+
+    /// Opens a file. Returns it if it is no pipeline.
+    fn input_file(&mut self, path: &Path) -> Option<InputFile> {
         match (self.open)(path) {
+            Ok(Opened::Input(file)) => return Some(file),
             Ok(Opened::Pipeline(project)) => self.viewer.open(project),
-            Ok(Opened::Input(file)) => self.viewer.open_input(&self.ctx, file, input),
             Err(problem) => self.viewer.tell(&self.ctx, problem.to_string()),
         }
+        None
     }
 }
 

@@ -58,7 +58,9 @@ pub fn start() {
 async fn run(canvas: web_sys::HtmlCanvasElement) -> Result<(), String> {
     let address = address::read();
     let image = match address.get("image") {
-        Some(image) => Some((image.to_owned(), files::fetched(image).await)),
+        Some(image) => {
+            Some(Arrived { name: image.to_owned(), read: files::fetched(image).await, is_dropped: false })
+        }
         None => None,
     };
     let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
@@ -102,12 +104,16 @@ struct Page {
     title: String,
     /// The bytes of the images that were opened, by name: another layer can be chosen.
     files: BTreeMap<String, Rc<[u8]>>,
-    /// Files that were dropped or fetched and have been read, by name.
+    /// Files that were dropped or fetched and have been read.
     arrived: Rc<RefCell<Vec<Arrived>>>,
 }
 
-/// A file: its name and its bytes.
-type Arrived = (String, Result<Vec<u8>, String>);
+/// A file that has been read, or why it cannot be.
+struct Arrived {
+    name: String,
+    read: Result<Vec<u8>, String>,
+    is_dropped: bool,
+}
 
 type Made = Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>>;
 
@@ -229,7 +235,7 @@ impl Page {
         let (arrived, ctx, file) = (self.arrived.clone(), self.ctx.clone(), file.to_owned());
         wasm_bindgen_futures::spawn_local(async move {
             let read = files::fetched(&file).await;
-            arrived.borrow_mut().push((file, read));
+            arrived.borrow_mut().push(Arrived { name: file, read, is_dropped: false });
             ctx.request_repaint();
         });
     }
@@ -241,57 +247,61 @@ impl Page {
             wasm_bindgen_futures::spawn_local(async move {
                 let name = file.path().to_string_lossy().into_owned();
                 let read = file.bytes_async().await;
-                arrived.borrow_mut().push((name, read));
+                arrived.borrow_mut().push(Arrived { name, read, is_dropped: true });
                 ctx.request_repaint();
             });
         }
         let arrived = std::mem::take(&mut *self.arrived.borrow_mut());
-        for (name, read) in arrived {
+        for Arrived { name, read, is_dropped } in arrived {
             self.awaits_still = false;
-            let opened = read.map_err(Problem::message).and_then(|bytes| self.open(&name, &bytes));
+            let opened = read.map_err(Problem::message).and_then(|bytes| self.open(&name, &bytes, is_dropped));
             if let Err(problem) = opened {
+                // Without this file there is the scene again.
+                if !is_dropped && name != STILL {
+                    self.show_still_on_a_processor();
+                }
                 self.tell(&format!("The image is not shown: {problem}."));
             }
         }
     }
 
-    fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), Problem> {
+    fn open(&mut self, name: &str, bytes: &[u8], is_dropped: bool) -> Result<(), Problem> {
         if name.to_lowercase().ends_with(".ron") {
             self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }
         self.files.insert(name.to_owned(), bytes.into());
-        self.open_layer(name, None)
+        let file = self.input_file(name)?;
+        match is_dropped {
+            true => self.viewer.drop_input(&self.ctx, file),
+            false => self.viewer.open_input(&self.ctx, file, None),
+        }
+        Ok(())
     }
 
-    /// Opens a camera or an image that has been read, or a layer of it: `name.exr#layer`.
-    fn open_layer(&mut self, name: &str, input: Option<&str>) -> Result<(), Problem> {
+    /// A camera or an image that has been read, or a layer of it: `name.exr#layer`.
+    fn input_file(&self, name: &str) -> Result<InputFile, Problem> {
         let (file, layer) = split_layer(name);
-        let Some(bytes) = self.files.get(file) else { return Ok(()) };
+        let bytes = self.files.get(file).ok_or_else(|| Problem::message(format!("`{file}` has not been opened")))?;
         if name.ends_with(".json") {
             let camera = CameraFile::from_json(bytes).and_then(|camera| camera.data(None));
             let camera = camera.map_err(|why| Problem::message(format!("`{name}` is no camera: {why}")))?;
             let read = move |_: &GraphInput, _: usize| Ok(InputData::Block(camera.clone()));
-            let ctx = self.ctx.clone();
-            self.viewer.open_input(&ctx, InputFile::still(name, Box::new(read)), input);
-            return Ok(());
+            return Ok(InputFile::still(name, Box::new(read)));
         }
         let wrong = |error| Problem::message(format!("`{name}`: {error}"));
-        let decoded = codec::decode(Cursor::new(&**bytes), layer.as_deref(), Budget(BUDGET));
-        let picture = decoded.map_err(wrong)?;
+        let picture = codec::decode(Cursor::new(&**bytes), layer.as_deref(), Budget(BUDGET)).map_err(wrong)?;
         let layers = codec::describe(Cursor::new(&**bytes), None).map_or(Vec::new(), |described| described.layers);
         let read = move |_: &GraphInput, _: usize| Ok(InputData::Image(Box::new(picture.clone()), picture.desc()));
-        let ctx = self.ctx.clone();
-        self.viewer.open_input(&ctx, InputFile { layers, ..InputFile::still(name, Box::new(read)) }, input);
-        Ok(())
+        Ok(InputFile { layers, ..InputFile::still(name, Box::new(read)) })
     }
 
     /// Opens the layer that was chosen below the row of an input.
     fn open_chosen_layer(&mut self) {
-        if let Some((Some(input), name)) = self.viewer.take_named_file()
-            && let Err(problem) = self.open_layer(&name.to_string_lossy(), Some(&input))
-        {
-            self.tell(&format!("The image is not shown: {problem}."));
+        let Some((Some(input), name)) = self.viewer.take_named_file() else { return };
+        match self.input_file(&name.to_string_lossy()) {
+            Ok(file) => self.viewer.open_input(&self.ctx, file, Some(&input)),
+            Err(problem) => self.tell(&format!("The image is not shown: {problem}.")),
         }
     }
 

@@ -140,9 +140,9 @@ impl InputPanel {
         files.into_iter().filter_map(|file| self.give_to_one(model, file, is_one)).last()
     }
 
-    /// Gives a file to an input: to that under the pointer, to the one that the name of the file has as a word, or to
+    /// Gives a file to an input: with a place to that under the pointer, to the one that the name of the file has as a word, or to
     /// the only one that needs it. Otherwise the user is asked.
-    fn give_to_one(&mut self, model: &mut Model, file: InputFile, has_place: bool) -> Option<Told> {
+    pub(super) fn give_to_one(&mut self, model: &mut Model, file: InputFile, has_place: bool) -> Option<Told> {
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();
         let hovered = fitting.iter().find(|input| has_place && self.hovered.as_ref() == Some(&input.name));

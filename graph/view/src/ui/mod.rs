@@ -253,15 +253,18 @@ impl Viewer {
         self.request(Pending::Open(project));
     }
 
-    /// Shows a file as an input. Without a name it is one that was dropped.
+    /// Shows a file as an input. Without a name, that of the file tells the input, or the user is asked.
     pub fn open_input(&mut self, ctx: &Context, file: InputFile, input: Option<&str>) {
-        match input {
-            Some(input) => {
-                let told = give(&mut self.model, file, Some(input));
-                self.tell_of_input(ctx, told);
-            }
-            None => self.inputs.drop_file(ctx, file),
-        }
+        let told = match input {
+            Some(input) => Some(give(&mut self.model, file, Some(input))),
+            None => self.inputs.give_to_one(&mut self.model, file, false),
+        };
+        told.into_iter().for_each(|told| self.tell_of_input(ctx, told));
+    }
+
+    /// Shows a file as the input on which it was dropped, once the place of the drop is known.
+    pub fn drop_input(&mut self, ctx: &Context, file: InputFile) {
+        self.inputs.drop_file(ctx, file);
     }
 
     fn tell_of_input(&mut self, ctx: &Context, told: Told) {
