@@ -274,7 +274,8 @@ if [ "${MINUTES:-0}" != 0 ]; then
     whole=$(memory)
     echo "$half MiB after half of the time, $whole MiB after all"
     [ $((20 * whole)) -le $((21 * half)) ] || fail "memory grows by more than 5 %"
-    key space; key ctrl+z
+    # Keys are those of the picture while it has the focus.
+    click "${picture[@]}"; key space; key r; key p; key ctrl+z
 fi
 
 echo "closed: a question is asked while something is unsaved, and the process ends well"

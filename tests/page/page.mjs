@@ -156,8 +156,9 @@ async function drops() {
   await running(page);
   await expect("the title", () => page.title(), title => title.startsWith("cookbook.ron"));
   await click(page, 640, 300);
-  // On the row of the second input, which the title does not name, then on the picture.
-  await drop(page, "scene.exr", 150, 117);
+  // On the row of an input that the title does not name, then on the picture.
+  await drop(page, "scene.exr", 150, 189);
+  await expect("the image that the title names", () => page.title(), title => title.includes("still.exr"));
   await drop(page, "camera.json", 640, 300);
   await drop(page, "broken.json", 640, 300);
   await expect("a camera that is none", () => text(page, "note"), note => note.includes("`broken.json` is no camera"));

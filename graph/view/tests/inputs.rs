@@ -123,6 +123,12 @@ fn a_dropped_file_goes_to_the_input_of_its_name_or_to_the_only_one_that_needs_it
     assert_eq!(input_of(&window, "photo.exr").as_deref(), Some("scene"));
     window.drop_file("shots/b/other.exr");
     assert_eq!((input_of(&window, "other.exr").as_deref(), input_of(&window, "photo.exr")), (Some("scene"), None));
+    // Also where the file before has the name of the input.
+    window.drop_file("shots/scene.exr");
+    assert_eq!((input_of(&window, "scene.exr").as_deref(), input_of(&window, "other.exr")), (Some("scene"), None));
+    window.drop_file("shots/a/photo.exr");
+    assert_eq!((input_of(&window, "photo.exr").as_deref(), input_of(&window, "scene.exr")), (Some("scene"), None));
+    assert!(window.ui.viewer.model.images().title().starts_with("photo.exr"));
     window.frame(Vec::new());
     assert!(window.ui.viewer.model.problem().is_none(), "{:?}", window.ui.viewer.model.problem());
 }

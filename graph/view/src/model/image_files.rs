@@ -106,14 +106,19 @@ enum Content {
 /// The most bytes of frames of a sequence that are kept on the device.
 const MAX_BYTES: u64 = 2 << 30;
 
+/// The images that a pipeline needs.
+fn needed_images(inputs: &[GraphInput]) -> impl Iterator<Item = &GraphInput> {
+    inputs.iter().filter(|input| input.block.is_none() && !input.optional)
+}
+
 impl Files {
     /// No files, and the size of images that do not come from one.
     pub fn new(gpu: &Gpu, size: Size) -> Self {
         Self { gpu: gpu.clone(), files: Vec::new(), present: 0, size }
     }
 
-    /// Gives an input a file; `None` is the first image that a pipeline needs. `inputs` are those of the pipeline: what
-    /// is read for one of them must be readable.
+    /// Gives an input a file; `None` is the first image that a pipeline needs: one without a named file, if there is
+    /// one. `inputs` are those of the pipeline: what is read for one of them must be readable.
     ///
     /// # Errors
     /// It cannot be read, or the device cannot hold it. Nothing has changed then.
@@ -122,14 +127,18 @@ impl Files {
         let mut loaded = LoadedFile { input: input.map(str::to_owned), file, read_for: None, frames };
         let target = match input {
             Some(name) => inputs.iter().find(|known| known.name == name),
-            None => self.first_needed(inputs),
+            None => self.first_needed(inputs).or_else(|| needed_images(inputs).next()),
         };
         if let Some(target) = target {
             let number = self.number().unwrap_or(0);
             self.size = loaded.frame(&self.gpu, target, number)?.size_of_image().unwrap_or(self.size);
         }
+        // A file has the place of the one before: the first one names what is shown.
+        let before = target.and_then(|target| self.file_of(target, inputs));
         self.remove(input, inputs);
-        self.files.push(loaded);
+        self.files.retain(|loaded| target.is_none_or(|target| loaded.input.as_ref() != Some(&target.name)));
+        let place = before.map_or(self.files.len(), |place| place.min(self.files.len()));
+        self.files.insert(place, loaded);
         Ok(())
     }
 
@@ -166,7 +175,7 @@ impl Files {
     /// The first image that a pipeline needs and that no file is named for.
     fn first_needed<'i>(&self, inputs: &'i [GraphInput]) -> Option<&'i GraphInput> {
         let is_named = |input: &GraphInput| self.files.iter().any(|loaded| loaded.input.as_ref() == Some(&input.name));
-        inputs.iter().find(|input| input.block.is_none() && !input.optional && !is_named(input))
+        needed_images(inputs).find(|input| !is_named(input))
     }
 
     fn file_of(&self, input: &GraphInput, inputs: &[GraphInput]) -> Option<usize> {

@@ -58,9 +58,7 @@ pub fn start() {
 async fn run(canvas: web_sys::HtmlCanvasElement) -> Result<(), String> {
     let address = address::read();
     let image = match address.get("image") {
-        Some(image) => {
-            Some(Arrived { name: image.to_owned(), read: files::fetched(image).await, is_dropped: false })
-        }
+        Some(image) => Some(Arrived { name: image.to_owned(), read: files::fetched(image).await, is_dropped: false }),
         None => None,
     };
     let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
