@@ -108,6 +108,7 @@ impl GridBuild {
         let [lo, hi] = self.range();
         kernel
             .constant("GRID_BUILD_STEP", f64::from(step))
+            .stride(step)
             .set("lo", lo)
             .set("hi", hi)
             .set("size", [self.width, self.height, self.depth])

@@ -121,6 +121,7 @@ impl Node for Histogram {
             .set("rise", self.rise())
             .set("full_weight", Self::full_weight(sampled.texels()))
             .constant("HISTOGRAM_STEP", f64::from(step))
+            .stride(step)
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))
             .constant("HISTOGRAM_MASK", f64::from(u8::from(mask)))
             .constant("HISTOGRAM_WEIGHT", self.weight.constant())

@@ -10,6 +10,7 @@ use afterimage_plan::{
     Alias, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, When, plan,
 };
 
+use super::fusion::planned_at;
 use super::support::{FRAME, all_formats, built_in, plan_everything};
 
 /// A device that pads unlike others.
@@ -103,6 +104,16 @@ fn each_image_of_a_pass_is_moved_once() {
         let text = plan.to_text();
         assert!(text.contains(&format!("{:.1} MiB moved a frame", all as f64 / f64::from(1 << 20))), "{text}");
     }
+}
+
+#[test]
+fn of_an_image_with_a_stride_the_pixels_that_are_read_are_moved() {
+    let nodes = r#""counted": Histogram(source: "in", step: 2), "metered": AutoExposure(histogram: "counted"),
+        "exposed": Exposure(source: "in", meter: "metered")"#;
+    let plan = planned_at(Size::new(3840, 2160), nodes, r#""exposed": "exposed""#, Options::default());
+    let at = plan.work().position(|pass| pass.label == "histogram").unwrap();
+    assert_eq!(plan.bytes_moved_by(at), 1920 * 1080 * 8);
+    assert_eq!(plan.bytes_moved_by(plan.passes.len() - 1), 2 * 3840 * 2160 * 8);
 }
 
 #[test]

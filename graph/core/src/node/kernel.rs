@@ -35,6 +35,9 @@ pub struct KernelCall {
     /// Override constants of an entry point's module.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub constants: Vec<(&'static str, f64)>,
+    /// The stride of the pixels that it reads, along each axis: 1 if it reads all.
+    #[serde(skip)]
+    pub stride: u32,
     /// The form by rows of a function, if it has one.
     #[serde(skip)]
     pub by_rows: Option<ByRows>,
@@ -204,6 +207,7 @@ impl KernelCall {
             workgroups: None,
             defines: Vec::new(),
             constants: Vec::new(),
+            stride: 1,
             by_rows: None,
             by_neighbors: None,
             quad_variant: None,

@@ -179,9 +179,12 @@ impl Plan {
         (0..self.passes.len()).map(of_pass).sum()
     }
 
-    /// Bytes that one pass reads and writes.
+    /// Bytes that one pass reads and writes: of images with a stride those of its pixels.
     pub fn bytes_moved_by(&self, pass: usize) -> u64 {
-        let images = self.passes[pass].pass.resources().filter_map(Resource::image);
-        images.map(|image| self.image(image).desc.bytes()).sum()
+        let pass = &self.passes[pass].pass;
+        let bytes = |resource: Resource| resource.image().map_or(0, |image| self.image(image).desc.bytes());
+        let stride = u64::from(pass.kernels.iter().map(|kernel| kernel.stride).min().unwrap_or(1));
+        let read: u64 = pass.reads().into_iter().map(bytes).sum();
+        read / (stride * stride) + pass.writes().into_iter().map(bytes).sum::<u64>()
     }
 }

@@ -19,6 +19,7 @@ pub struct ComputePass<'r, 'a> {
     entry: Shared<str>,
     label: Label,
     bindings: Bindings,
+    stride: u32,
 }
 
 impl<'a> Recorder<'a> {
@@ -28,7 +29,7 @@ impl<'a> Recorder<'a> {
         let (shader, entry) = (shader.into(), entry.into());
         let bindings =
             self.resources.replay.as_mut().map(|replay| std::mem::take(&mut replay.bindings)).unwrap_or_default();
-        ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings }
+        ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings, stride: 1 }
     }
 }
 
@@ -73,6 +74,12 @@ impl ComputePass<'_, '_> {
         self
     }
 
+    /// Reads only the pixels of a stride along each axis, of all of its images. Reports and prices count those alone.
+    pub fn stride(mut self, stride: u32) -> Self {
+        self.stride = stride;
+        self
+    }
+
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
         if let Some(replay) = self.recorder.resources.replay.take() {
@@ -86,13 +93,13 @@ impl ComputePass<'_, '_> {
             self.recorder.resources.replay = Some(replay);
             return;
         }
-        let Self { recorder, shader, entry, label, bindings } = self;
+        let Self { recorder, shader, entry, label, bindings, stride } = self;
         let (nodes, label) = (vec![recorder.context.node.to_owned()], label.text(&entry));
         if recorder.shaders.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
             recorder.shaders.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
         }
         let call = bindings.call(recorder, shader, entry);
-        let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, ..call };
+        let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, stride, ..call };
         recorder.resources.add_pass(Pass {
             nodes,
             label,
@@ -114,6 +121,7 @@ impl ComputePass<'_, '_> {
             args,
             workgroups,
             constants,
+            stride,
             node: _,
             uniform: _,
             defines: _,
@@ -130,6 +138,7 @@ impl ComputePass<'_, '_> {
             && self.label.is(&expected.label, &self.entry)
             && *workgroups == Some(groups)
             && *constants == self.bindings.constants
+            && *stride == self.stride
             && self.bindings.arguments(self.recorder, &self.shader, &self.entry).eq(expected_args)
     }
 }

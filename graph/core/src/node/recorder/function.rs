@@ -182,6 +182,7 @@ impl FunctionPass<'_, '_> {
             args,
             node: _,
             uniform: _,
+            stride: _,
             workgroups: _,
             constants: _,
             limited: _,
