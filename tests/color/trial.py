@@ -15,9 +15,10 @@ each image the results of the pipeline, ACES 2.0 and ACES 1.3 (OpenColorIO), AgX
 trial/key.json; 16 seconds a view on two cores. `reveal` compares the choices with it. It prints, as CSV, what was
 chosen, the share of pixels above code 250 and the halo of each operator: at the scale of 1/64 of the width, the codes
 by which luminance falls where that of the scene rises, exceeded by one pixel in a thousand. A table follows of how
-often each operator was first and second, and of its means: these two, the standard deviation and the 99th percentile of
-lightness, and the chroma of skies as a share of that of the scene at the same mean. Lightness and chroma are those of
-Oklab.
+often each operator was first and second, and of its means: these two, the share of pixels in rings, the standard
+deviation and the 99th percentile of lightness, and the chroma of skies as a share of that of the scene at the same mean.
+Lightness and chroma are those of Oklab. A ring is what a halo is at the scale of pixels: along a row or a column on
+which the scene only rises, the luminance of the result has fallen by more than 6 codes.
 """
 
 import json
@@ -32,6 +33,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 LETTERS = "ABCDEFGHI"
 NAMES = ("pipeline", "aces2", "agx", "neutral", "reinhard02", "mantiuk08", "aces1", "gt7", "durand02")
 COLUMNS = 3
+LETTER_ROWS = 24
 TO_REC2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]])
 
 
@@ -225,6 +227,19 @@ def halo(codes, light):
     return np.quantile(np.where(slope * sigma > 0.25, against, 0).clip(0), 0.999)
 
 
+def rings(codes, light):
+    """The share of pixels, per thousand, that are darker than those before them on a line on which the scene rises."""
+    deepest = np.zeros(codes.shape)
+    for view in (lambda x: x, lambda x: x[:, ::-1], lambda x: x.T, lambda x: x.T[:, ::-1]):
+        result, scene, fall = view(codes), view(light), view(deepest)
+        peak = result[:, 0]
+        for column in range(1, result.shape[1]):
+            here = result[:, column]
+            peak = np.where(scene[:, column] >= scene[:, column - 1], np.maximum(peak, here), here)
+            fall[:, column] = np.maximum(fall[:, column], peak - here)
+    return 1000 * (deepest > 6).mean()
+
+
 def oklab(light):
     """Lightness, and a + ib, of linear light."""
     to_lms = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566],
@@ -263,17 +278,21 @@ def reveal(folder, choices, skies, paths):
                 x, y, right, bottom = map(int, sky)
                 part = slice(y, bottom), slice(x, right)
                 share = abs(color[part]).mean() / abs(oklab(scene[part])[1]).mean()
-            white, ring = 100 * (codes > 250).mean(), halo(codes, scene @ LUMINANCE)
-            row.append(f"{white:.2f},{ring:.1f}")
-            means[name].append((white, ring, lightness.std(), np.quantile(lightness, 0.99), share))
+            white, around = 100 * (codes > 250).mean(), halo(codes, scene @ LUMINANCE)
+            row.append(f"{white:.2f},{around:.1f}")
+            # The letter of the picture is in its first rows.
+            ringed = rings(codes[LETTER_ROWS:], (scene @ LUMINANCE)[LETTER_ROWS:])
+            means[name].append((white, around, ringed, lightness.std(), np.quantile(lightness, 0.99), share))
         best = [order[LETTERS.index(letter)] for letter in chosen[path.stem][0]]
         for place, name in enumerate(best):
             counts[name][place] += 1
         print(",".join([path.stem, *best, *row]))
-    print("\n| operator | first | second | above 250 | halo | sd | 99 % | chroma of skies |\n|---|", "--:|" * 7, sep="")
+    heads = "operator | first | second | above 250 | halo | rings | sd | 99 % | chroma of skies"
+    print(f"\n| {heads} |\n|---|", "--:|" * 8, sep="")
     for name, (first, second) in counts.items():
-        white, ring, spread, top, share = np.nanmean(means[name], 0)
-        print(f"| {name} | {first} | {second} | {white:.2f} % | {ring:.1f} | {spread:.3f} | {top:.3f} | {share:.2f} |")
+        white, around, ringed, spread, top, share = np.nanmean(means[name], 0)
+        marks = f"{white:.2f} % | {around:.1f} | {ringed:.2f} ‰"
+        print(f"| {name} | {first} | {second} | {marks} | {spread:.3f} | {top:.3f} | {share:.2f} |")
 
 
 def views(folder, seed, paths):
