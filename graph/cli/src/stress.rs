@@ -26,8 +26,9 @@ use crate::terminal::{note, say_text};
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Again>) -> Result<(), Failure> {
-    let of_path = |kinds, path: &PathBuf| with_own(&kinds, Some(path));
-    let from_folders = folder_kinds(&args.pipelines.iter().fold(args.options.kinds.clone(), of_path))?;
+    let mut kinds = args.options.kinds.clone();
+    args.pipelines.iter().for_each(|path| kinds = with_own(&kinds, Some(path)));
+    let from_folders = folder_kinds(&kinds)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
     let registry = stress::registry(&tables).map_err(Failure::user)?;
