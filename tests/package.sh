@@ -4,7 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# A folder of its own: cargo takes a package of the same version from an earlier run for the same.
+# A folder of its own: cargo takes a package of the same version from an earlier run for the same. Debug information
+# judges nothing here: packages do not have this workspace's profiles, and would be built with all of it.
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-CARGO_TARGET_DIR="$folder" cargo publish --dry-run --workspace "$@"
+CARGO_TARGET_DIR="$folder" CARGO_PROFILE_DEV_DEBUG=false CARGO_INCREMENTAL=0 cargo publish --dry-run --workspace "$@"

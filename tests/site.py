@@ -137,15 +137,17 @@ class Book:
 
 
 class Page(html.parser.HTMLParser):
-    """The links and the anchors of a page."""
+    """The links and the anchors of a page, and the page that takes its place."""
 
     def __init__(self, path):
         super().__init__()
-        self.links, self.anchors = set(), {""}
+        self.links, self.anchors, self.moved = set(), {""}, None
         with open(path, encoding="utf-8") as file:
             self.feed(file.read())
 
     def handle_starttag(self, tag, attributes):
+        if ("http-equiv", "refresh") in attributes:
+            self.moved = re.split("url=", dict(attributes)["content"], flags=re.I)[1]
         for name, value in attributes:
             if name in ("href", "src") and value and tag != "base":
                 self.links.add(value)
@@ -163,9 +165,15 @@ def dead_links(site):
             if parts.scheme or parts.netloc:
                 continue
             path = urllib.parse.unquote(parts.path)
+            # rustdoc's pages ask for lists of implementations in other crates also where there are none.
+            if "/trait.impl/" in path:
+                continue
             target = os.path.normpath(os.path.join(os.path.dirname(file), path)) if path else file
             if os.path.isdir(target):
                 target = os.path.join(target, "index.html")
+            # What a crate exports from a module within has a page there that leads on, and keeps the fragment.
+            while target in pages and pages[target].moved:
+                target = os.path.normpath(os.path.join(os.path.dirname(target), pages[target].moved))
             is_there = os.path.isfile(target) and not path.startswith("/")
             # The pages of sources make the anchors of their lines when they are opened.
             has_anchors = target in pages and "/api/src/" not in target
@@ -184,10 +192,14 @@ def crates():
 
 def write_api(site, target, names):
     """The documentation of these crates. What the folder of builds has of others stays there."""
-    documented = [word for name in names for word in ("-p", name)]
-    subprocess.run(["cargo", "doc", "--no-deps", "--lib", *documented], cwd=ROOT, check=True)
+    documented = ["--lib", *(word for name in names for word in ("-p", name))]
     source = os.path.join(target, "doc")
     known = {name.replace("-", "_") for name in names}
+    # rustdoc links to crates whose folders it finds, and cargo clears a folder while it writes it: one at a time.
+    for name in known:
+        os.makedirs(os.path.join(source, name), exist_ok=True)
+    subprocess.run(["cargo", "check", *documented], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "doc", "--no-deps", "--jobs", "1", *documented], cwd=ROOT, check=True)
 
     def others(folder, entries):
         below = os.path.relpath(folder, source)
@@ -223,7 +235,9 @@ def main():
     more["files.md"] = "# Files\n\nFiles of the repository that pages link to.\n"
     page = os.path.join(ROOT, "out/page")
     if os.path.isdir(page):
-        more["api.md"] += "\nThe [viewer](viewer/index.html) runs in browsers with WebGPU.\n"
+        viewer = "graph/docs/viewer.md"
+        here = "\n\n[Open it here](../../viewer/index.html), in a browser with WebGPU.\n\n"
+        book.pages[viewer] = book.pages[viewer].replace("\n\n", here, 1)
     with tempfile.TemporaryDirectory() as folder:
         texts = {place(path): text for path, text in book.pages.items()} | more | {"SUMMARY.md": book.summary("api.md")}
         for path, text in texts.items():

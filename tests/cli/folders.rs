@@ -1,4 +1,4 @@
-//! Node kinds in folders, given with `--nodes`.
+//! Node kinds in folders, given with `--nodes` or beside the pipeline.
 
 use std::fs;
 
@@ -95,6 +95,23 @@ fn kinds_share_the_files_of_a_folder_beside_them() {
     folder.run("check pipeline.ron --nodes kinds").good();
     folder.with("kinds/lib/nearest.wgsl", NEAREST.replace("floor", "flor").as_bytes());
     folder.run("check pipeline.ron --nodes kinds").fails_saying(1, &["kinds/lib/nearest.wgsl:1", "flor"]);
+}
+
+#[test]
+fn kinds_beside_a_pipeline_need_no_option_and_may_be_named_too() {
+    let files = [("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS), ("nearest.wgsl", NEAREST)];
+    let folder = with_files("beside", &files);
+    folder.run("check pipeline.ron").fails_saying(1, &["no node kind is called `Posterize`"]);
+    for place in ["kinds/own.ron", "kinds/posterize/own.ron"] {
+        folder.with(place, PIPELINE.as_bytes());
+        for nodes in ["", " --nodes kinds", " --nodes kinds/posterize", " --nodes kinds/posterize/../posterize"] {
+            folder.run(&format!("check {place}{nodes}")).good();
+        }
+        folder.run(&format!("check {place} --json")).good();
+        folder.run(&format!("plan {place}")).good();
+    }
+    // Each file has the kinds of its own folder.
+    folder.run("check kinds/own.ron pipeline.ron").fails_saying(1, &["--> pipeline.ron", "1 of 2 pipelines"]);
 }
 
 #[cfg(unix)]

@@ -16,7 +16,7 @@ mod template;
 fn a_new_folder_has_a_kind_that_runs_and_keeps_its_files() {
     let folder = Folder::new("new-folder");
     let said = folder.run("nodes --new SoftGlow").good();
-    let render = "render soft_glow/soft_glow.ron -o soft_glow.png --size 640x360 --nodes soft_glow";
+    let render = "render soft_glow/soft_glow.ron -o soft_glow.png --size 640x360";
     assert!(said.contains(&format!("afterimage {render}")), "{said}");
     assert!(said.contains("afterimage stress --kind SoftGlow --quick --nodes soft_glow"), "{said}");
     let mut names: Vec<_> =

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use afterimage_graph::diagnostic::{Diagnostics, shown_path};
 use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 
+use crate::files::or_current;
+
 /// Access to the files of node kinds, with the errors of whoever reads them.
 pub trait KindFiles {
     /// The error of a file that cannot be read, or is wrong.
@@ -34,6 +36,22 @@ pub const LIBRARY: &str = "lib";
 
 /// The path of a shader and its text.
 type ShaderText = (String, String);
+
+/// The folders whose kinds a pipeline has: those that are named, and the folder of its file. A kind is in one of them.
+pub fn kind_folders<'a>(own: Option<&'a Path>, named: &'a [PathBuf]) -> Vec<&'a Path> {
+    let own = own.map(or_current).filter(|own| !named.iter().any(|folder| is_among(own, folder)));
+    let others = named.iter().map(PathBuf::as_path).filter(|folder| own.is_none_or(|own| !is_among(folder, own)));
+    others.chain(own).collect()
+}
+
+/// `true` if the kinds of a folder are read with those of another: it is that folder, or a kind in it.
+fn is_among(folder: &Path, other: &Path) -> bool {
+    let (Ok(folder), Ok(other)) = (or_current(folder).canonicalize(), or_current(other).canonicalize()) else {
+        return false;
+    };
+    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
+    folder == other || !is_kind(&other) && is_kind(&folder) && folder.parent() == Some(&other)
+}
 
 /// The kinds of a folder: itself if it has a `node.ron`, or each folder in it that has one. There may be none.
 ///

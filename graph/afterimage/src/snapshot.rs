@@ -12,7 +12,7 @@ use afterimage_graph::node::{NodeKind, Registry};
 use crate::error::Error;
 use crate::files::{Files, or_current};
 use crate::governor::{GovernedTier, Governor, TierLimits};
-use crate::kinds::kinds_in;
+use crate::kinds::{kind_folders, kinds_in};
 use crate::source::{Place, Source, built_in, built_in_hint};
 
 /// A pipeline and all that it names, as read at one moment. Clones share it.
@@ -71,11 +71,8 @@ impl Snapshot {
                 None => (path.to_string_lossy().into_owned(), text_of(path, &files)?),
             },
         };
-        let own = folder_of(source).map(or_current);
-        let named = source.kind_folders.iter().map(PathBuf::as_path);
-        let folders = named.filter(|folder| own.is_none_or(|own| !is_among(folder, own))).chain(own);
         let mut kinds = Vec::new();
-        for folder in folders {
+        for folder in kind_folders(folder_of(source), &source.kind_folders) {
             kinds.extend(kinds_in(or_current(folder), &*files)?);
         }
         Self::new(&name, &text, &[&source.kinds, &kinds], FilesOf::Disk(files))
@@ -181,13 +178,6 @@ impl Snapshot {
         };
         Checker::new(&self.document, &self.registry, files)
     }
-}
-
-/// `true` if the kinds of a folder are read with those of `own`: it is that folder, or a kind in it.
-fn is_among(folder: &Path, own: &Path) -> bool {
-    let (Ok(folder), Ok(own)) = (folder.canonicalize(), own.canonicalize()) else { return false };
-    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
-    folder == own || !is_kind(&own) && is_kind(&folder) && folder.parent() == Some(&own)
 }
 
 /// The files that a source may name.

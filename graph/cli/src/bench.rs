@@ -15,8 +15,8 @@ use crate::pipeline::{PipelineFile, facts, load_graph};
 use crate::terminal::say_text;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
     let path = &args.pipeline;
+    let registry = registry(tables, &args.options.kinds, Some(path))?;
     // Prints the warnings; the starts below do not print them again.
     load_graph(path, &registry, &args.options)?;
     args.json.iter().try_for_each(|out| run_files::writes(out))?;

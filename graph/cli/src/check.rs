@@ -28,10 +28,9 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     if args.json {
         return json(args, tables);
     }
-    let registry = registry(tables, &args.options.kinds)?;
     let mut failed = 0;
     for path in &args.pipelines {
-        match one(path, args, &registry) {
+        match one(path, args, tables) {
             Ok(verdict) => say(&format!("{}: good{verdict}", path.display())),
             Err(failure) if failure.status() == 1 => {
                 failure.print();
@@ -47,8 +46,9 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
 }
 
 /// Checks a pipeline, and prints its warnings; returns the rest of the line about a good one.
-fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
-    let (warnings, tiers) = examine(path, args, registry)?;
+fn one(path: &Path, args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
+    let registry = registry(tables, &args.options.kinds, Some(path))?;
+    let (warnings, tiers) = examine(path, args, &registry)?;
     if !warnings.is_empty() {
         note_styled(&warnings.render(Style::Colored));
     }
@@ -74,13 +74,9 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
             all.absorb(failure.into_diagnostics());
         }
     };
-    match registry(tables, &args.options.kinds) {
-        Ok(registry) => {
-            for path in &args.pipelines {
-                add(examine(path, args, &registry).map(|(warnings, _)| warnings));
-            }
-        }
-        Err(failure) => add(Err(failure)),
+    for path in &args.pipelines {
+        let registry = registry(tables, &args.options.kinds, Some(path));
+        add(registry.and_then(|registry| Ok(examine(path, args, &registry)?.0)));
     }
     let all = all.sorted();
     say_text(&format!("{:#}", all.to_json()));

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage::host::{KindFiles, built_in, kinds_in};
+use afterimage::host::{KindFiles, built_in, kind_folders, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
@@ -153,13 +153,30 @@ fn unreadable(path: &Path, what: &str, error: FileError) -> Failure {
     }
 }
 
-/// The kinds of the program and of plug-in folders.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions) -> Result<Registry, Failure> {
-    let from_folders = folder_kinds(folders)?;
+/// The kinds of the program, of plug-in folders, and of the folder of a pipeline.
+pub(crate) fn registry(
+    tables: &[&[NodeKind]],
+    options: &KindOptions,
+    pipeline: Option<&Path>,
+) -> Result<Registry, Failure> {
+    let from_folders = folder_kinds(&with_own(options, pipeline))?;
     let mut all = tables.to_vec();
     all.push(&from_folders);
     let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
     Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
+}
+
+/// The options with the folder of the pipeline, if kinds lie there.
+pub(crate) fn with_own(options: &KindOptions, pipeline: Option<&Path>) -> KindOptions {
+    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
+    let has_kinds = |folder: &Path| {
+        let mut entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        is_kind(folder) || entries.any(|entry| is_kind(&entry.path()))
+    };
+    let own = pipeline.filter(|path| built_in(path).is_none()).and_then(Path::parent);
+    let mut nodes: Vec<PathBuf> = kind_folders(own, &options.nodes).into_iter().map(Path::to_owned).collect();
+    nodes.retain(|folder| options.nodes.contains(folder) || has_kinds(folder));
+    KindOptions { nodes, allow: options.allow.clone() }
 }
 
 /// The kinds of the folders.

@@ -22,7 +22,7 @@ use crate::terminal::{note, say};
 const TYPICAL: Size = Size { width: 1920, height: 1080, depth: 1 };
 
 pub(crate) fn run(args: &LutArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
+    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
     let graph = load_graph(&args.pipeline, &registry, &args.options)?;
     let format = WrittenFormat::of_name(&args.out).ok_or_else(|| {
         Failure::user(format!("`{}`: a table is a `.cube` or a `.clf` file", shown_path(&args.out)))

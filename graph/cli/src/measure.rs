@@ -22,7 +22,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     if let Some(path) = args.plot.as_ref().filter(|path| path.extension().is_none_or(|ending| ending != "svg")) {
         return Err(Failure::user(format!("`--plot {}` does not end in `.svg`", path.display())));
     }
-    let registry = registry(tables, &args.sequences.options.kinds)?;
+    let registry = registry(tables, &args.sequences.options.kinds, Some(&args.pipeline))?;
     let mut options = measure_options(&args.sequences)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);

@@ -18,7 +18,7 @@ const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.kinds)?;
+    let registry = registry(tables, &args.kinds, None)?;
     match &args.new {
         Some(name) if args.rust => say_text(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
         Some(name) => say_text(&scaffold::folder(name, &registry)?),

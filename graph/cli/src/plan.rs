@@ -32,7 +32,7 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
+    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &args.options.kinds);
     let file = PipelineFile::new(&document, &registry, &files);

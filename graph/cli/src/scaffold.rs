@@ -39,7 +39,7 @@ const WORDS_OF_RUST: [&str; 44] = [
 pub(crate) fn folder(name: &str, registry: &Registry) -> Result<String, Failure> {
     let file = checked(name, registry)?;
     write(&file, &FOLDER, &|text| renamed(text, name, &file))?;
-    let run = format!("afterimage render {file}/{file}.ron -o {file}.png --size 640x360 --nodes {file}");
+    let run = format!("afterimage render {file}/{file}.ron -o {file}.png --size 640x360");
     let test = format!("afterimage stress --kind {name} --quick --nodes {file}");
     Ok(report(name, &file, &FOLDER, &[("Render it", &run), ("Test it", &test)]))
 }

@@ -16,7 +16,7 @@ use afterimage_plan::Options;
 use crate::args::stress::StressArgs;
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::{Files, folder_kinds, read_document, text};
+use crate::files::{Files, folder_kinds, read_document, text, with_own};
 use crate::pipeline::{assignments, check_facts, facts, list_files};
 use crate::process::Again;
 use crate::progress::Bar;
@@ -26,7 +26,9 @@ use crate::terminal::{note, say_text};
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Again>) -> Result<(), Failure> {
-    let from_folders = folder_kinds(&args.options.kinds)?;
+    let mut kinds = args.options.kinds.clone();
+    args.pipelines.iter().for_each(|path| kinds = with_own(&kinds, Some(path)));
+    let from_folders = folder_kinds(&kinds)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
     let registry = stress::registry(&tables).map_err(Failure::user)?;

@@ -20,7 +20,7 @@ use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.sequences.options;
-    let registry = registry(tables, &pipeline.kinds)?;
+    let registry = registry(tables, &pipeline.kinds, Some(&args.pipeline))?;
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &pipeline.kinds);
     let file = PipelineFile::new(&document, &registry, &files);

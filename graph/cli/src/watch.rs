@@ -11,7 +11,7 @@ use afterimage_media::{FileWatch, sequence};
 
 use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
-use crate::files::{FileLoader, Files, begin_run, read_document, registry};
+use crate::files::{FileLoader, Files, begin_run, read_document, registry, with_own};
 use crate::pipeline::PipelineFile;
 use crate::render::{self, WatchCache};
 use crate::terminal::note;
@@ -58,7 +58,7 @@ fn written(args: &RenderArgs) -> String {
 /// The files to watch: the pipeline and the files that it names, folders of kinds, images, and files of OpenColorIO.
 fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     let mut places = files_of(&args.pipeline, tables, &args.options);
-    places.extend(args.options.kinds.nodes.iter().cloned());
+    places.extend(with_own(&args.options.kinds, Some(&args.pipeline)).nodes);
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
     for file in args.input.as_deref().into_iter().chain(named) {
         match sequence::Input::find(file, args.frames.as_deref()).or_else(|_| sequence::Input::find(file, None)) {
@@ -114,7 +114,7 @@ impl FileLoader for RecordingLoader {
 /// name no others.
 fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
     let loader = RecordingLoader::new(Files::of(path, &options.kinds));
-    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds), read_document(path)) {
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds, Some(path)), read_document(path)) {
         let file = PipelineFile::new(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });

@@ -24,7 +24,7 @@ use crate::terminal::{note, say};
 use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &KindOptions::default())?;
+    let registry = registry(tables, &KindOptions::default(), None)?;
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;

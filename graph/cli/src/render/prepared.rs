@@ -64,7 +64,7 @@ pub(super) fn prepare<'a>(
     tables: &[&[NodeKind]],
     targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
 ) -> Result<Prepared<'a>, Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
+    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &args.options.kinds);
     let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;

@@ -82,7 +82,7 @@ fn check_names(args: &ViewArgs, inputs: &[(String, String)], tables: &[&[NodeKin
     }
     let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
     let Ok(document) = read_document(path) else { return Ok(()) };
-    let registry = registry(tables, &args.kinds)?;
+    let registry = registry(tables, &args.kinds, Some(path))?;
     let files = Files::of(path, &args.kinds);
     let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
     let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };

@@ -14,7 +14,7 @@ use afterimage_view::{Checked, NamedFile, Project, Wake};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
-use crate::files::{Files, registry, text};
+use crate::files::{Files, registry, text, with_own};
 use crate::pipelines::write_with_files;
 use crate::watch::RecordingLoader;
 
@@ -34,6 +34,7 @@ impl FileProject {
     pub(super) fn new(path: PathBuf, options: KindOptions, kinds: Vec<NodeKind>, wake: &Wake) -> Self {
         let wake = wake.clone();
         let mut files = FileWatch::new(move || wake.call());
+        let options = with_own(&options, Some(&path));
         let libraries = options.nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
         files.extend(options.nodes.iter().cloned().chain(libraries).chain([path.clone()]));
         Self { path, options, kinds, registry: None, files, new: None }
@@ -60,7 +61,7 @@ impl FileProject {
     }
 
     fn read_kinds(&self) -> Result<Registry, Failure> {
-        registry(&[&self.kinds], &self.options)
+        registry(&[&self.kinds], &self.options, Some(&self.path))
     }
 
     /// The files that the pipeline may name. The viewer saves the pipeline alone, which replaces none of them.
