@@ -1,5 +1,6 @@
 """The table of `tests/tiers.sh`: `names FILE` prints the tiers of one, `table FOLDER WHERE` the rows of all measurements,
-made there, `times FOLDER` replaces times in graph/docs/measurements/tiers.csv, and `claims` writes that table into the
+made there, `times FOLDER` replaces times in graph/docs/measurements/tiers.csv, `new FOLDER` what NAME.new.json has of new
+images, `worse FOLDER...` counts more images among those that were measured, and `claims` writes that table into the
 pipelines as what their tiers claim."""
 
 import csv
@@ -50,6 +51,11 @@ def worst(pictures):
     return f"{largest['p999']:.2f},{flip:.3f},{largest['image']}"
 
 
+def count_held(pictures, p999):
+    """The pictures whose error is within what is claimed of the worst that was measured."""
+    return sum(picture["p999"] <= MARGIN * p999 for picture in pictures)
+
+
 def by_motion(measured):
     """For each tier its figures on stills and on sequences."""
     is_moving = [image["frames"] > 1 for image in measured["images"]]
@@ -73,8 +79,7 @@ def table(folder, where):
             times = ",".join(milliseconds(folder, path.stem, tier, size) for size in SIZES)
             moving += walks[tier]["images"]
             new = news[tier]["images"]
-            claimed = MARGIN * max(picture["p999"] for picture in stills + moving)
-            held = sum(picture["p999"] <= claimed for picture in new)
+            held = count_held(new, max(picture["p999"] for picture in stills + moving))
             p999_new, flip_new, _ = worst(new).split(",")
             figures = f"{times},{worst(stills)},{worst(moving)},{p999_new},{flip_new},{len(new)},{held}"
             jod = ",".join(f"{min(picture['jod'] for picture in of):.3f}" for of in (stills, moving, new))
@@ -82,19 +87,66 @@ def table(folder, where):
             print(f"{path.stem},{tier},{figures},{plan},{jod},{measured['display']},{where},{values}")
 
 
-def times(folder):
-    """New times for the table, whose errors stay."""
-    price = prices()
+def change(change_row):
+    """Writes the table with changed rows."""
     with TABLE.open() as file:
         rows = list(csv.DictReader(file))
     for row in rows:
-        name, tier = row["pipeline"], row["tier"]
-        row["ms_4k"], row["ms_1080p"] = (milliseconds(folder, name, tier, size) for size in SIZES)
-        row["mb_4k"], row["operations"] = price[f"{name} {tier}"][0].split(",")
+        change_row(row)
     with TABLE.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
+
+
+def times(folder):
+    """New times for the table, whose errors stay."""
+    price = prices()
+
+    def change_row(row):
+        name, tier = row["pipeline"], row["tier"]
+        row["ms_4k"], row["ms_1080p"] = (milliseconds(folder, name, tier, size) for size in SIZES)
+        row["mb_4k"], row["operations"] = price[f"{name} {tier}"][0].split(",")
+
+    change(change_row)
+
+
+def new(folder):
+    """New pictures for the table, whose claims stay."""
+
+    def change_row(row):
+        path = folder / f"{row['pipeline']}.new.json"
+        if path.exists():
+            pictures = dict(tiers(json.loads(path.read_text())))[row["tier"]]["images"]
+            row["p999_new"], row["flip_new"], _ = worst(pictures).split(",")
+            row["new"] = len(pictures)
+            row["held"] = count_held(pictures, max(float(row["p999"]), float(row["p999_moving"])))
+            row["jod_new"] = f"{min(picture['jod'] for picture in pictures):.3f}"
+
+    change(change_row)
+
+
+def worse(folders):
+    """More images count: the worst of each figure is that of the table and of theirs."""
+
+    def change_row(row):
+        paths = [path for folder in folders for path in folder.glob(f"{row['pipeline']}.*json")]
+        count = 0
+        for path in paths:
+            stills, moving = next(of for tier, *of in by_motion(json.loads(path.read_text())) if tier == row["tier"])
+            count += len(stills) + len(moving)
+            for pictures, of, worst_on in ((stills, "", "worst_on"), (moving, "_moving", "worst_moving")):
+                if pictures:
+                    p999, flip, name = worst(pictures).split(",")
+                    if float(p999) > float(row[f"p999{of}"]):
+                        row[f"p999{of}"], row[worst_on] = p999, name
+                    row[f"flip{of}"] = max(row[f"flip{of}"], flip, key=float)
+                    jod = min(picture["jod"] for picture in pictures)
+                    row[f"jod{of}"] = f"{min(float(row[f'jod{of}']), jod):.3f}"
+        if count:
+            row["on"] += f" and {count} more"
+
+    change(change_row)
 
 
 def names(path):
@@ -134,5 +186,9 @@ elif command == "table":
     table(Path(rest[0]), rest[1])
 elif command == "times":
     times(Path(*rest))
+elif command == "worse":
+    worse([Path(folder) for folder in rest])
+elif command == "new":
+    new(Path(*rest))
 else:
     claims()

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The order of variants by JOD against the order of other judges: tests/motion/judge.py PROGRAM PHOTOGRAPHS FOLDER
+"""The order of variants by JOD against that of other judges: tests/motion/judge.py PROGRAM PHOTOGRAPHS FOLDER [NAME...]
 
 Renders the seven sequences of `footage.py` through the tiers of four pipelines, and through variants that are known to
 be bad in motion, and judges each against the most accurate variant with intermediates of 32 bits:
 
 * JOD, FLIP and codes by `measure`;
+* JOD by its authors' cvvdp, of the frames as they are written;
 * NVIDIA's FLIP over time by flip-evaluator: the mean of all frames, and that of the worst frame;
 * FLIP of changes: of the differences of neighboring frames, about middle gray, so that it sees what flickers;
 * what the reference has of VMAF 0.6.1 beyond the variant, by the ffmpeg of imageio-ffmpeg: trained on what people say
@@ -14,8 +15,10 @@ Writes graph/docs/measurements/judges.csv, prints correlations of ranks, and the
 opposite. The worst frame of each variant lies in FOLDER/pictures: reference, variant, FLIP. CGVQM cannot be had: its
 repository has the weights of its layers, but the network below them, r3d_18, is on a server of PyTorch.
 
-Needs numpy, scipy, opencv-python-headless, OpenEXR, flip-evaluator and imageio-ffmpeg (pip). Takes twenty minutes on
-one core. Renders that are in FOLDER are kept.
+Names are those of pipelines and sequences: only these are judged, and the other rows of the table stay.
+
+Needs numpy, scipy, opencv-python-headless, OpenEXR, flip-evaluator, imageio-ffmpeg and cvvdp (pip). Takes twenty
+minutes on one core. Renders that are in FOLDER are kept.
 """
 
 import csv
@@ -29,6 +32,7 @@ import cv2
 import flip_evaluator
 import imageio_ffmpeg
 import numpy
+import pycvvdp
 from scipy.stats import kendalltau, spearmanr
 
 import footage
@@ -44,7 +48,7 @@ PIPELINES = {
     "hdr": ("sdr", {"held": HELD, "late-meter": '"bins.every": 4'}),
 }
 # Larger is better.
-JUDGES = {"jod": 1, "flip": -1, "flip_worst": -1, "flip_changes": -1, "vmaf_lost": -1}
+JUDGES = {"jod": 1, "jod_original": 1, "flip": -1, "flip_worst": -1, "flip_changes": -1, "vmaf_lost": -1}
 
 
 def run(*command):
@@ -72,6 +76,12 @@ def flip(reference, shown):
     return flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[0]
 
 
+def original(cvvdp, reference, shown):
+    """JOD by ColorVideoVDP itself."""
+    pair = (numpy.stack(frames) for frames in (shown, reference))
+    return float(cvvdp.predict(*pair, dim_order="FHWC", frames_per_second=24)[0])
+
+
 def changes(frames):
     """What changes from frame to frame, about the middle of the range."""
     return [0.5 + 0.5 * (after - before) for before, after in itertools.pairwise(frames)]
@@ -92,11 +102,18 @@ def picture(path, reference, shown, error):
     cv2.imwrite(str(path), numpy.concatenate([both, heat], 1))
 
 
-def judged(program, photographs, folder):
+def named(known, names):
+    """What is named of the known, or all of it."""
+    return {name: of for name, of in known.items() if name in names} or known
+
+
+def judged(program, photographs, folder, names):
     """A row for each variant on each sequence."""
-    patterns = footage.all_patterns(program, photographs, folder / "footage")
+    patterns = named(footage.all_patterns(program, photographs, folder / "footage"), names)
     (folder / "pictures").mkdir(exist_ok=True)
-    for name, (output, _) in PIPELINES.items():
+    # The display of `desk`.
+    cvvdp = pycvvdp.cvvdp(display_name="standard_4k", quiet=True)
+    for name, (output, _) in named(PIPELINES, names).items():
         path, report = with_tiers(folder, name), folder / f"{name}.json"
         allow = ["--allow", ROOT / "pipelines"]
         if not report.exists():
@@ -133,6 +150,7 @@ def judged(program, photographs, folder):
                     "variant": tier,
                     "sequence": sequence,
                     "jod": f"{figures['jod']:.4f}",
+                    "jod_original": f"{original(cvvdp, reference, seen):.4f}",
                     "p999": f"{figures['p999']:.3f}",
                     "flip": f"{numpy.mean(means):.5f}",
                     "flip_worst": f"{max(means):.5f}",
@@ -174,14 +192,23 @@ def disagreements(rows):
             print(f"  {rows[one]['sequence']}: {better} before {worse}")
 
 
+def joined(rows):
+    """The rows of the table with these in place of those of the same names."""
+    key = lambda row: (row["pipeline"], row["variant"], row["sequence"])
+    with TABLE.open() as file:
+        table = {key(row): row for row in csv.DictReader(file)}
+    return list({**table, **{key(row): row for row in rows}}.values())
+
+
 def main():
-    program, photographs, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve()
+    program, photographs, folder, names = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve(), sys.argv[4:]
     folder.mkdir(parents=True, exist_ok=True)
-    rows = list(judged(str(Path(program).resolve()), photographs, folder))
+    rows = list(judged(str(Path(program).resolve()), photographs, folder, names))
+    table = joined(rows) if names else rows
     with TABLE.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows(table)
     agreement(rows, "all variants on all sequences")
     # What nobody sees has no order: ties within a hundredth of a JOD are chance.
     agreement([row for row in rows if float(row["jod"]) < 9.99], "those below 9.99 JOD")
