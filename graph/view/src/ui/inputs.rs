@@ -140,8 +140,8 @@ impl InputPanel {
         files.into_iter().filter_map(|file| self.give_to_one(model, file, is_one)).last()
     }
 
-    /// Gives a file to an input: with a place to that under the pointer, to the one that the name of the file has as a word, or to
-    /// the only one that needs it. Otherwise the user is asked.
+    /// Gives a file to an input: with a place to that under the pointer, else to the one that the name of the file has
+    /// as a word, or to the only one that needs it. Otherwise the user is asked.
     pub(super) fn give_to_one(&mut self, model: &mut Model, file: InputFile, has_place: bool) -> Option<Told> {
         let inputs = model.editor().graph().map_or(Vec::new(), |graph| graph.inputs.clone());
         let fitting: Vec<&GraphInput> = inputs.iter().filter(|input| fits(input, &file.name)).collect();
