@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use afterimage_graph::check::Facts;
 use afterimage_lab::measure::{MeasureOptions, SequenceOptions};
-use afterimage_lab::tune::{Goal, MARGIN, TunePipeline, TuneTarget, tune};
+use afterimage_lab::tune::{Goal, MARGIN, TunePipeline, TuneTarget, claimed_p999, tune};
 use afterimage_media::{Budget, Encoding, Picture, Pixels, write_image};
 use afterimage_plan::Options;
 use serde_json::Value;
@@ -340,7 +340,7 @@ fn a_tuned_tier_claims_what_is_measured() {
     let claim = claim.split("p999: ").nth(1).and_then(|rest| rest.split(',').next());
     let claim: f64 = claim.and_then(|claim| claim.parse().ok()).expect("the file states its error");
     let measured = number(row(&folder.json("out.json"), "tier tuned"), "p999");
-    assert!((claim - MARGIN * measured).abs() <= 0.0011, "{claim} claimed, {measured} measured");
+    assert!((claim - claimed_p999(measured)).abs() <= 0.0011, "{claim} claimed, {measured} measured");
 }
 
 /// The search does not see the second picture, whose lamp is what makes errors.
@@ -358,7 +358,7 @@ fn a_claim_holds_on_a_picture_that_the_search_has_not_seen() {
     let (claim, row) = (claims(&text)[0].1[1], row(&folder.json("out.json"), "tier tuned").clone());
     // Which choice is fastest, and so which picture is worst, depends on the clock.
     let [seen, new] = [0, 1].map(|at| number(&row["images"][at], "p999"));
-    assert!((claim - MARGIN * seen.max(new)).abs() <= 0.0011 && claim <= 3.0, "{claim}: {row:#}");
+    assert!((claim - claimed_p999(seen.max(new))).abs() <= 0.0011 && claim <= 3.0, "{claim}: {row:#}");
 }
 
 /// Without `--no-charts`, tiers are tuned on the built-in pictures, too.
@@ -415,7 +415,9 @@ fn all_tiers_are_tuned_at_once() {
     for (tier, [ms, p999, flip, jod]) in &claims {
         let limit = limits.iter().find(|(name, _)| name == tier).expect("the names are those of the ladder").1;
         let row = row(&folder.json("out.json"), &format!("tier {tier}")).clone();
-        assert!((p999 - MARGIN * number(&row, "p999")).abs() <= 0.0011 && *p999 <= limit, "{tier}: {p999}, {row:#}");
+        let codes = number(&row, "p999");
+        assert!((p999 - (MARGIN * codes).max(codes + 0.05)).abs() <= 0.0011, "{tier}: {p999}, {row:#}");
+        assert!(*p999 <= limit, "{tier}: {p999}, {row:#}");
         let (seen, lost) = (number(&row, "flip"), 10.0 - number(&row, "jod"));
         assert!((flip - (MARGIN * seen).max(seen + 0.003)).abs() <= 0.0011, "{tier}: {flip}, {row:#}");
         assert!((10.0 - jod - (MARGIN * lost).max(lost + 0.02)).abs() <= 0.0011, "{tier}: {jod}, {row:#}");

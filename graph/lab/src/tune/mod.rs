@@ -16,7 +16,7 @@ use afterimage_graph::node::Registry;
 
 pub use crate::measure::node_change::changes;
 pub use measurer::TunePipeline;
-pub use target::{MARGIN, Measured, TuneTarget, claimed_flip, claimed_jod};
+pub use target::{MARGIN, Measured, TuneTarget, claimed_flip, claimed_jod, claimed_p999};
 pub use tiers::{Goal, Tier};
 
 use measurer::ChoiceMeasurer;

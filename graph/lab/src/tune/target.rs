@@ -13,7 +13,13 @@ pub const MARGIN: f64 = 1.1;
 /// An error counts as smaller if it is smaller by at least this number of codes; less comes from rounding.
 const MIN_GAIN: f64 = 0.05;
 
-/// The FLIP that a claim states of what was measured: near no difference, a factor adds less than another picture does.
+/// The 99.9th percentile in codes that a claim states of what was measured: near no difference, a factor adds less than
+/// another picture does.
+pub fn claimed_p999(measured: f64) -> f64 {
+    (MARGIN * measured).max(measured + MIN_GAIN)
+}
+
+/// The FLIP that a claim states of what was measured.
 pub fn claimed_flip(measured: f64) -> f64 {
     (MARGIN * measured).max(measured + 0.003)
 }
@@ -68,7 +74,7 @@ impl Measured {
 
     /// The 99.9th percentile that a claim states, in codes.
     pub fn claimed_p999(&self) -> f64 {
-        MARGIN * self.p999
+        claimed_p999(self.p999)
     }
 
     /// True if a measurement can have these figures.
