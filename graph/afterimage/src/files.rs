@@ -12,7 +12,7 @@ use afterimage_graph::diagnostic::shown_path;
 use afterimage_pipelines::BuiltIn;
 
 use crate::error::Error;
-use crate::kinds::{KindFiles, LIBRARY};
+use crate::kinds::{KindFiles, LIBRARY, or_current};
 
 /// The most bytes of a file that a pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
@@ -166,11 +166,6 @@ impl Loader for Files {
 /// A folder without links, if there is one.
 fn real_folder(folder: &Path) -> Option<PathBuf> {
     std::fs::canonicalize(or_current(folder)).ok()
-}
-
-/// An empty path means the current folder.
-pub(crate) fn or_current(folder: &Path) -> &Path {
-    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
 /// Decides by the path of a file without links if it may be read.

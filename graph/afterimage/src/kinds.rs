@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use afterimage_graph::diagnostic::{Diagnostics, shown_path};
 use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 
-use crate::files::or_current;
-
 /// Access to the files of node kinds, with the errors of whoever reads them.
 pub trait KindFiles {
     /// The error of a file that cannot be read, or is wrong.
@@ -42,6 +40,11 @@ pub fn kind_folders<'a>(own: Option<&'a Path>, named: &'a [PathBuf]) -> Vec<&'a 
     let own = own.map(or_current).filter(|own| !named.iter().any(|folder| is_among(own, folder)));
     let others = named.iter().map(PathBuf::as_path).filter(|folder| own.is_none_or(|own| !is_among(folder, own)));
     others.chain(own).collect()
+}
+
+/// An empty path means the current folder.
+pub(crate) fn or_current(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
 /// `true` if the kinds of a folder are read with those of another: it is that folder, or a kind in it.

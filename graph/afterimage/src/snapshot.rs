@@ -10,9 +10,9 @@ use afterimage_graph::document::{Claim, Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::error::Error;
-use crate::files::{Files, or_current};
+use crate::files::Files;
 use crate::governor::{GovernedTier, Governor, TierLimits};
-use crate::kinds::{kind_folders, kinds_in};
+use crate::kinds::{kind_folders, kinds_in, or_current};
 use crate::source::{Place, Source, built_in, built_in_hint};
 
 /// A pipeline and all that it names, as read at one moment. Clones share it.

@@ -376,8 +376,8 @@ fn padded_bytes(desc: &ImageDesc) -> u64 {
     (row_and_pitch(desc.size, desc.format).1 * rows(desc.size)) as u64
 }
 
-/// Reads the texels of a texture as shaders read them: those of sRGB formats are decoded to light. Waits for the GPU; use
-/// [`Readback`] for many textures.
+/// Reads the texels of a texture as shaders read them: those of sRGB formats are decoded to light. Waits for the GPU;
+/// use [`Readback`] for many textures.
 pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
     Readback::new(device, queue).download(texture)
 }

@@ -57,7 +57,8 @@ pub fn bench<E: From<LabError>>(
 pub struct TableError {
     pub nodes: Vec<String>,
     pub size: u32,
-    /// The 99th and the 99.9th percentile of random colors, and the largest error, for each gamut of `LutErrors::GAMUTS`.
+    /// The 99th and the 99.9th percentile of random colors, and the largest error, for each gamut of
+    /// `LutErrors::GAMUTS`.
     pub codes: [[f32; 3]; 4],
     /// The largest error of grays.
     pub gray: f32,
