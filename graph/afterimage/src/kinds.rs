@@ -47,12 +47,16 @@ pub(crate) fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
+/// `true` if a folder is one of a kind.
+pub fn is_kind(folder: &Path) -> bool {
+    folder.join("node.ron").is_file()
+}
+
 /// `true` if the kinds of a folder are read with those of another: it is that folder, or a kind in it.
 fn is_among(folder: &Path, other: &Path) -> bool {
     let (Ok(folder), Ok(other)) = (or_current(folder).canonicalize(), or_current(other).canonicalize()) else {
         return false;
     };
-    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
     folder == other || !is_kind(&other) && is_kind(&folder) && folder.parent() == Some(&other)
 }
 
@@ -61,14 +65,14 @@ fn is_among(folder: &Path, other: &Path) -> bool {
 /// # Errors
 /// A file cannot be read, or a kind is wrong.
 pub fn kinds_in<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<NodeKind>, F::Error> {
-    if folder.join("node.ron").is_file() {
+    if is_kind(folder) {
         let beside = std::fs::canonicalize(folder).ok().and_then(|real| real.parent().map(Path::to_owned));
         let beside = beside.filter(|parent| files.permits(&parent.join(LIBRARY)));
         let library = beside.map_or(Ok(Vec::new()), |parent| library_in(&parent, files))?;
         return Ok(vec![kind(folder, &library, files)?]);
     }
     let mut folders = files.list(folder)?;
-    folders.retain(|path| path.join("node.ron").is_file());
+    folders.retain(|path| is_kind(path));
     if folders.is_empty() {
         return Ok(Vec::new());
     }
@@ -79,7 +83,7 @@ pub fn kinds_in<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<NodeKind>,
 /// The shaders that the kinds of a folder share, if they share any.
 fn library_in<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<ShaderText>, F::Error> {
     let library = folder.join(LIBRARY);
-    let is_library = library.is_dir() && !library.join("node.ron").is_file();
+    let is_library = library.is_dir() && !is_kind(&library);
     if is_library { shaders_of(&library, files) } else { Ok(Vec::new()) }
 }
 

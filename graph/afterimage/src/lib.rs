@@ -92,7 +92,7 @@ pub mod host {
     pub use crate::error::PostError;
     pub use crate::governor::{GovernedTier, Governor, Shortfall, TierChange, TierChangeReason, TierLimits};
     #[doc(hidden)] // For the program.
-    pub use crate::kinds::{KindFiles, LIBRARY, kind_folders, kinds_in};
+    pub use crate::kinds::{KindFiles, LIBRARY, is_kind, kind_folders, kinds_in};
     pub use crate::post::{Control, ExpectedFrame, HostImage, Parameter, ParameterInfo, PassTimes, Reading, Watch};
     pub use crate::snapshot::Snapshot;
     #[doc(hidden)] // For the program.

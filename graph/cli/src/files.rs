@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage::host::{KindFiles, built_in, kind_folders, kinds_in};
+use afterimage::host::{KindFiles, built_in, is_kind, kind_folders, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
@@ -168,15 +168,15 @@ pub(crate) fn registry(
 
 /// The options with the folder of the pipeline, if kinds lie there.
 pub(crate) fn with_own(options: &KindOptions, pipeline: Option<&Path>) -> KindOptions {
-    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
-    let has_kinds = |folder: &Path| {
-        let mut entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        is_kind(folder) || entries.any(|entry| is_kind(&entry.path()))
-    };
     let own = pipeline.filter(|path| built_in(path).is_none()).and_then(Path::parent);
     let mut nodes: Vec<PathBuf> = kind_folders(own, &options.nodes).into_iter().map(Path::to_owned).collect();
     nodes.retain(|folder| options.nodes.contains(folder) || has_kinds(folder));
     KindOptions { nodes, allow: options.allow.clone() }
+}
+
+fn has_kinds(folder: &Path) -> bool {
+    let mut entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    is_kind(folder) || entries.any(|entry| is_kind(&entry.path()))
 }
 
 /// The kinds of the folders.

@@ -35,8 +35,7 @@ pub(crate) const NODES: &str = "AFTERIMAGE_NODES";
 #[command(next_help_heading = PIPELINE)]
 pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
-    /// imports, also from a folder `lib` next to it. Kinds beside the pipeline, or in whose folder
-    /// it is, need none
+    /// imports, also from a folder `lib` next to it. Kinds beside the pipeline, or in whose folder it is, need none
     #[arg(long, value_name = "DIR", env = NODES)]
     pub(crate) nodes: Vec<PathBuf>,
     /// A folder whose files, and those below it, a pipeline may name; by default only those of its own folder and below

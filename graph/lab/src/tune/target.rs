@@ -16,7 +16,7 @@ const MIN_GAIN: f64 = 0.05;
 /// The 99.9th percentile in codes that a claim states of what was measured: near no difference, a factor adds less than
 /// another picture does.
 pub fn claimed_p999(measured: f64) -> f64 {
-    (MARGIN * measured).max(measured + MIN_GAIN)
+    (MARGIN * measured).max(measured + 0.05)
 }
 
 /// The FLIP that a claim states of what was measured.
