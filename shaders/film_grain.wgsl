@@ -64,12 +64,21 @@ fn film_grain_tiles(at: Point, params: FilmGrainTiles) -> vec4f {
     return saturate(0.25 * grain + 0.5);
 }
 
-// Grain from the tiles, moved by random offsets. The sum is scaled to the variance of one.
-fn film_grain_from(tiles: texture_2d<f32>, pixel: vec2i, seed: u32) -> vec4f {
+// The mixture of the tiles turns by this share of a circle for each pixel away from both axes of the image. From a tile
+// to the next it turns differently in each row, once around in 360, so what comes back comes back as its negative as
+// often: in images of 720, 1080 and 2160 rows nothing is repeated.
+const FILM_GRAIN_TURN: f32 = 1.0 / (360.0 * 256.0);
+
+// Grain from the tiles, moved by random offsets: a sum whose squared weights are 1, so it has the variance of one.
+fn film_grain_from(tiles: texture_2d<f32>, at: Point, seed: u32) -> vec4f {
     let offset = vec2u(hash(seed), hash(seed ^ 0x9e3779b9u));
-    let first = (vec2u(pixel) + (offset & vec2u(0xffffu))) % FILM_GRAIN_FIRST;
-    let second = (vec2u(pixel) + (offset >> vec2u(16u))) % FILM_GRAIN_SECOND + vec2u(0u, FILM_GRAIN_FIRST);
-    return (textureLoad(tiles, first, 0) + textureLoad(tiles, second, 0) - 1.0) * 2.8284271;
+    let pixel = vec2u(at.pixel);
+    let first = (pixel + (offset & vec2u(0xffffu))) % FILM_GRAIN_FIRST;
+    let second = (pixel + (offset >> vec2u(16u))) % FILM_GRAIN_SECOND + vec2u(0u, FILM_GRAIN_FIRST);
+    let away = (at.uv - 0.5) * at.size;
+    let angle = 6.2831853 * (fract(away.x * away.y * FILM_GRAIN_TURN) - 0.5);
+    return (textureLoad(tiles, first, 0) - 0.5) * (4.0 * cos(angle))
+        + (textureLoad(tiles, second, 0) - 0.5) * (4.0 * sin(angle));
 }
 
 // Monochrome and colored grain. The squares of the factors sum to 1, so the variance is the same for every `color`.
@@ -103,7 +112,7 @@ fn film_grain_animated(source: vec4f, at: Point, frame: Frame, params: FilmGrain
 }
 
 fn film_grain_tiled(source: vec4f, tiles: texture_2d<f32>, at: Point, params: FilmGrain) -> vec4f {
-    return film_grain_with(source, params, film_grain_from(tiles, at.pixel, params.seed));
+    return film_grain_with(source, params, film_grain_from(tiles, at, params.seed));
 }
 
 fn film_grain_tiled_animated(
@@ -113,5 +122,5 @@ fn film_grain_tiled_animated(
     frame: Frame,
     params: FilmGrain,
 ) -> vec4f {
-    return film_grain_with(source, params, film_grain_from(tiles, at.pixel, params.seed + frame.index));
+    return film_grain_with(source, params, film_grain_from(tiles, at, params.seed + frame.index));
 }

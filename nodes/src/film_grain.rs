@@ -18,8 +18,8 @@ node_kind! {
     /// area stays the same. Grains are round and have no grid: one in each square of `size`, at a random place. It
     /// looks most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it before `Dither`.
     ///
-    /// Images of half a megapixel or more get the sum of two periodic tiles, of 256 and 239 pixels a side, which are
-    /// made once: it repeats after 61184 pixels.
+    /// Images of half a megapixel or more get a mixture of two periodic tiles, of 256 and 239 pixels a side, which are
+    /// made once. The mixture is another one at each place, so no tile repeats.
     pub struct FilmGrain {
         /// Strength of the grain. 1 is the largest amplitude that does not clip, 0 changes nothing.
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);

@@ -50,8 +50,9 @@ impl Grain {
         Self::added(rgb, self.strength(rgb), self.density(pixel))
     }
 
-    /// The same with the grain of two periodic tiles.
-    pub(crate) fn apply_tiles(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
+    /// The same with the grain of two periodic tiles, whose mixture turns once around in 360 rows from a tile of the
+    /// first to the next.
+    pub(crate) fn apply_tiles(&self, rgb: Rgb, pixel: [usize; 2], size: [u32; 2]) -> Rgb {
         let offset = [hash(self.seed), hash(self.seed ^ 0x9e37_79b9)];
         let sums = [(256, [0, 1].map(|k| offset[k] & 0xffff), 0), (239, [0, 1].map(|k| offset[k] >> 16), 1)].map(
             |(side, offset, seed)| {
@@ -60,7 +61,9 @@ impl Grain {
                 grains(at, Some(cells as i64), seed)
             },
         );
-        let sum = [0, 1, 2, 3].map(|k| (sums[0][k] + sums[1][k]) / 2.0_f64.sqrt());
+        let [across, down] = [0, 1].map(|k| pixel[k] as f64 + 0.5 - 0.5 * f64::from(size[k]));
+        let angle = std::f64::consts::TAU * (across * down / (360.0 * 256.0) - 0.5);
+        let sum = [0, 1, 2, 3].map(|k| sums[0][k] * angle.cos() + sums[1][k] * angle.sin());
         Self::added(rgb, self.strength(rgb), self.mixed(sum))
     }
 
