@@ -14,6 +14,7 @@ use crate::support::harness::{Scale, Tolerance, assert_close};
 pub(super) const RANGE: Range = Range { low: -10.5, high: 5.5 };
 pub(super) const SIZE: [usize; 3] = [64, 32, 64];
 pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 4.0];
+const SLOPE: f64 = 1.5;
 const GRID: &str = "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\", method: METHOD)";
 const METHODS: [(&str, Splat); 2] = [("Nearest", Splat::Nearest), ("Trilinear", Splat::Trilinear)];
 
@@ -22,7 +23,7 @@ fn built(scene: &Picture, splat: Splat) -> Grid {
 }
 
 fn blurred(scene: &Picture, splat: Splat) -> Grid {
-    built(scene, splat).blurred(SIGMAS, SIGMAS.map(radius))
+    built(scene, splat).blurred(SIGMAS, SIGMAS.map(radius)).sloped(SLOPE)
 }
 
 /// The cell (sum, weight) of a shown volume, with the weight of one pixel as the unit.
@@ -141,7 +142,7 @@ fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
     let scene = scene(37, 23);
     let nodes = "\"exposed\": Exposure(source: \"scene\"), \
                  \"grid\": GridBuild(source: \"exposed\", method: Trilinear, width: 5, height: 4, depth: 9), \
-                 \"blurred\": GridBlur(source: \"grid\", sigma: (0.0, 0.9, 0.0)), \"result\": ProbeVolume(volume: \"blurred\")";
+                 \"blurred\": GridBlur(source: \"grid\", sigma: (0.0, 0.9, 0.0), slope: 64.0), \"result\": ProbeVolume(volume: \"blurred\")";
     let shown = shown(nodes, &scene);
     let wanted =
         Grid::build(&sanitized(&scene), [5, 4, 9], RANGE, Splat::Trilinear).blurred([1.0, 0.9, 1.0], [0, 3, 0]);
@@ -151,6 +152,58 @@ fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
             (weight - wanted[1]).abs() < 0.01 && (sum - wanted[0]).abs() < 0.05,
             "{index}: {sum} {weight} {wanted:?}"
         );
+    }
+}
+
+/// Two regions so many stops apart, with an edge of about that many pixels between them.
+fn soft_edge(stops: f64, width: f64) -> Picture {
+    Picture::new(320, 180, |x, _| {
+        let share = 1.0 / (1.0 + (-4.0 * (f64::from(x) - 159.5) / width).exp());
+        let light = (stops * (share - 1.0)).exp2() as f32;
+        [light, light, light, 1.0]
+    })
+}
+
+/// Where the means of a grid change faster than the contrast and the detail allow, the result falls where the scene
+/// rises.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_rises_in_a_soft_edge_rises_in_the_result() {
+    for (stops, width) in [(4.0, 4.0), (5.0, 4.0), (6.0, 4.0)] {
+        let scene = soft_edge(stops, width);
+        let fall = |slope: &str| {
+            let nodes =
+                mapped("share: 1.0, contrast: 0.5, detail: 1.2").replace("GridBlur(", &format!("GridBlur({slope}"));
+            let picture = shown(&nodes, &scene);
+            let light: Vec<f64> = (0..320).map(|x| f64::from(picture.at(x, 90)[0]).log2()).collect();
+            light.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max)
+        };
+        let [limited, free] = [fall(""), fall("slope: 64.0, ")];
+        assert!(limited < 0.01, "{stops}, {width}: it falls by {limited} stops");
+        assert!(free > 0.1, "{stops}, {width}: without a limit it falls by {free} stops");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn means_change_along_luminance_as_fast_as_the_slope_allows() {
+    let scene = soft_edge(5.0, 4.0);
+    let steepest = |slope: f64| {
+        let nodes = format!(
+            "{}, \"blurred\": GridBlur(source: \"grid\", slope: {slope:?}), \"result\": ProbeVolume(volume: \"blurred\")",
+            GRID.replace("METHOD", "Nearest")
+        );
+        let shown = shown(&nodes, &scene);
+        let means = (0..SIZE[2]).map(|z| cell(&shown, &scene, 32 + 64 * (16 + 32 * z)));
+        let means: Vec<f64> = means.filter(|cell| cell[1] > 1e-3).map(|[sum, weight]| sum / weight).collect();
+        // A cell is a quarter of a stop.
+        means.windows(2).map(|pair| 4.0 * (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
+    };
+    let free = steepest(64.0);
+    assert!(free > 2.5, "{free}");
+    for slope in [1.0, 1.5, 2.0] {
+        let found = steepest(slope);
+        assert!((0.9 * slope..1.3 * slope).contains(&found), "{found} stops per stop, not {slope}");
     }
 }
 

@@ -110,6 +110,28 @@ impl Grid {
         Grid::new(self.size, self.range, cells, self.full)
     }
 
+    /// Limits the change of the means along luminance, in stops per stop: each becomes the middle of the lowest and the
+    /// highest that its column allows. A factor of two between weights counts as half a stop of distance.
+    pub(crate) fn sloped(&self, slope: f64) -> Grid {
+        let depth = self.size[2];
+        let step = slope * (self.range.high - self.range.low) / depth as f64;
+        let limited = |i: usize| {
+            let ([x, y, z], [sum, weight]) = (position(i, self.size), self.cells[i]);
+            if weight == 0.0 {
+                return [sum, weight];
+            }
+            let column = (0..depth).map(|other| (other, self.cells[index([x, y, other], self.size)]));
+            let [mut low, mut high] = [sum / weight; 2];
+            for (other, [sum, share]) in column.filter(|(_, cell)| cell[1] > 0.0) {
+                let away = step * other.abs_diff(z) as f64 + 0.5 * (share / weight).log2().abs();
+                low = low.min(sum / share + away);
+                high = high.max(sum / share - away);
+            }
+            [0.5 * (low + high) * weight, weight]
+        };
+        Grid::new(self.size, self.range, (0..self.cells.len()).map(limited).collect(), self.full)
+    }
+
     /// The interpolated sums at `uv` and log2 luminance `l`.
     pub(crate) fn slice(&self, uv: [f64; 2], l: f64) -> [f64; 2] {
         let at = grid_coordinate(uv, l, self.size, self.range);

@@ -109,7 +109,9 @@ fn local(graph: &Graph, exposed: &Image, seen: &Image, contrast: f64) -> Image {
     let (build, blur, around) = (Node(graph, "grid"), Node(graph, "smooth"), Node(graph, "around"));
     let size = ["width", "height", "depth"].map(|side| build.whole(side));
     let sigmas = blur.triple("sigma");
-    let grid = Grid::build(exposed, size, build.range(), Splat::Nearest).blurred(sigmas, sigmas.map(radius));
+    let grid = Grid::build(exposed, size, build.range(), Splat::Nearest)
+        .blurred(sigmas, sigmas.map(radius))
+        .sloped(blur.number("slope"));
     let [width, height] = ["width", "height"].map(|side| around.whole(side));
     let range = around.range();
     let logs = exposed.map(|pixel| [range.log_luminance(rgb(pixel)); 4]);
