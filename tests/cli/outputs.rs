@@ -110,6 +110,42 @@ fn alpha_is_a_mask_unless_it_is_declared_as_coverage() {
     assert!(notes.contains("note: light that is brighter than its alpha holds is cut"), "{notes}");
 }
 
+/// What is half covered has the color of the whole if a curve sees light that is not multiplied by alpha, and a warning
+/// says so where it does not.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_curve_of_covered_light_gets_a_warning() {
+    let folder = folder("covered-curve");
+    for alpha in [1.0_f32, 0.5] {
+        let pixel = [0.6 * alpha, 0.3 * alpha, 0.1 * alpha, alpha];
+        save(&folder.file(&format!("{alpha:?}.exr")), &Picture::new(4, 4, Pixels::Float(pixel.repeat(16))));
+    }
+    let pipeline = |curve: &str, output: &str| {
+        format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"exposed\": Exposure(source: \"scene\"), {curve} }}, \
+             outputs: {{ \"display\": {output} }})"
+        )
+    };
+    let bare = "\"mapped\": ToneMap(source: \"exposed\"), \"encoded\": Encode(source: \"mapped\")";
+    let straight = "\"straight\": Unpremultiply(source: \"exposed\"), \"mapped\": ToneMap(source: \"straight\"), \
+                    \"covered\": Premultiply(source: \"mapped\"), \"encoded\": Encode(source: \"covered\")";
+    let output = "Output(source: \"encoded\", alpha: Coverage)";
+    let shown = |curve: &str, output: &str| {
+        folder.with("look.ron", pipeline(curve, output).as_bytes());
+        let notes =
+            ["1.0", "0.5"].map(|alpha| folder.run(&format!("render look.ron {alpha}.exr -o {alpha}.png")).notes());
+        let pixels = ["1.0.png", "0.5.png"].map(|name| read(&Source::file(folder.file(name))).expect("a picture"));
+        (notes.concat().contains("covered-curve"), pixels.map(|picture| picture.pixels.to_f32()[..3].to_vec()))
+    };
+    let (is_told, [whole, half]) = shown(straight, output);
+    assert!(!is_told);
+    assert!(std::iter::zip(&whole, &half).all(|(a, b)| (a - b).abs() < 1.5 / 255.0), "{whole:?} {half:?}");
+    let (is_told, [whole, half]) = shown(bare, output);
+    assert!(is_told);
+    assert!(std::iter::zip(&whole, &half).any(|(a, b)| (a - b).abs() > 8.0 / 255.0), "{whole:?} {half:?}");
+    assert!(!shown(bare, "\"encoded\"").0, "alpha may be a mask");
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_frame_of_a_sequence_has_all_files() {

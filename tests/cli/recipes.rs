@@ -40,6 +40,9 @@ fn folder(test: &str) -> Folder {
     for frame in 1..=4_u8 {
         save(&folder.file(&format!("shot.000{frame}.exr")), &part(&|_, number| number * f32::from(frame)));
     }
+    let hole = |(at, number): (usize, &f32)| if at / 4 % 64 < 20 { 0.0 } else { *number };
+    let pixels = values.iter().enumerate().map(hole).collect();
+    save(&folder.file("cutout.exr"), &Picture::new(64, 36, Pixels::Float(pixels)));
     let mask = part(&|at, _| if at % 64 < 20 { 1.0 } else { 0.0 });
     write_image(&folder.file("mask.png"), &mask, &Encoding::PNG).expect("a mask can be written");
     folder

@@ -33,6 +33,7 @@ mod bounds;
 mod colors;
 pub mod condition;
 mod connect;
+mod coverage;
 mod displays;
 mod draft;
 mod expand;
@@ -148,6 +149,7 @@ fn check_with(
     report_unknown_usual(&graph, &document, &mut reports);
     drafted.agree_on_colors(&graph, &mut reports);
     drafted.agree_on_displays(&graph, &mut reports);
+    drafted.report_covered_curves(&graph, &mut reports);
     let diagnostics = reports.diagnostics.sorted();
     if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
 }
