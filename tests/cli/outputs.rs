@@ -1,6 +1,6 @@
 //! Several outputs of one pipeline, each in its file.
 
-use afterimage_media::{Pixels, Source, read};
+use afterimage_media::{Picture, Pixels, Source, read};
 
 use super::{Folder, room, save};
 
@@ -110,6 +110,12 @@ fn alpha_is_a_mask_unless_it_is_declared_as_coverage() {
     assert!(notes.contains("note: light that is brighter than its alpha holds is cut"), "{notes}");
 }
 
+/// The color of the first pixel, without its alpha in it.
+fn color(picture: Picture) -> [f32; 3] {
+    let values = picture.pixels.to_f32();
+    [0, 1, 2].map(|channel| values[channel] / values[3])
+}
+
 /// What is half covered has the color of the whole if a curve sees light that is not multiplied by alpha, and a warning
 /// says so where it does not.
 #[test]
@@ -135,7 +141,7 @@ fn a_curve_of_covered_light_gets_a_warning() {
         let notes =
             ["1.0", "0.5"].map(|alpha| folder.run(&format!("render look.ron {alpha}.exr -o {alpha}.png")).notes());
         let pixels = ["1.0.png", "0.5.png"].map(|name| read(&Source::file(folder.file(name))).expect("a picture"));
-        (notes.concat().contains("covered-curve"), pixels.map(|picture| picture.pixels.to_f32()[..3].to_vec()))
+        (notes.concat().contains("covered-curve"), pixels.map(color))
     };
     let (is_told, [whole, half]) = shown(straight, output);
     assert!(!is_told);

@@ -3,8 +3,8 @@
 use super::draft::DraftGraph;
 use super::reports::Reports;
 use super::{Graph, GraphNode, Source};
-use crate::node::ColorState;
 use afterimage_base::diagnostic::{Diagnostic, quote};
+use afterimage_base::image::ColorState;
 
 /// The kind whose results are the colors of things whatever their coverage is, and the kind that undoes it.
 const STRAIGHT: &str = "Unpremultiply";
