@@ -14,16 +14,15 @@ use afterimage_plan::Options;
 use crate::args::lut::LutArgs;
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::registry;
-use crate::pipeline::{facts, load_graph, plan_without_device};
+use crate::pipeline::{PipelineSource, facts, plan_without_device};
 use crate::terminal::{note, say};
 
 /// A size at which kinds do what they do in films.
 const TYPICAL: Size = Size { width: 1920, height: 1080, depth: 1 };
 
 pub(crate) fn run(args: &LutArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
-    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
+    let source = PipelineSource::read(&args.pipeline, tables, &args.options.kinds)?;
+    let graph = source.file().graph(&args.options)?;
     let format = WrittenFormat::of_name(&args.out).ok_or_else(|| {
         Failure::user(format!("`{}`: a table is a `.cube` or a `.clf` file", shown_path(&args.out)))
             .hint("`ociobakelut` makes other formats of it")

@@ -66,7 +66,8 @@ fn common_mistakes_have_advice() {
 #[test]
 fn a_texture_without_its_sampler_is_one_sentence() {
     let reads = |arguments: &str, call: &str| {
-        let library = "fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f { return textureSampleLevel(t, s, uv, 0.0); }";
+        let library =
+            "fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f { return textureSampleLevel(t, s, uv, 0.0); }";
         error_of(&format!("{library}\nfn f(a: texture_2d<f32>, {arguments}uv: vec2f) -> vec4f {{\nreturn {call}; }}"))
     };
     for (call, name) in [

@@ -1,7 +1,6 @@
 //! The state that all cases of a pipeline or a kind share: options, renderer and results.
 
 use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
 use afterimage_plan::Options;
 
 use super::laws::{finite, in_range};
@@ -48,7 +47,6 @@ impl StressOptions {
 /// The state that all cases of one target share.
 pub(crate) struct CaseRunner<'a> {
     pub(crate) renderer: &'a mut Renderer,
-    pub(crate) registry: &'a Registry,
     pub(crate) target: &'a Target,
     pub(crate) options: &'a StressOptions,
     pub(crate) progress: &'a dyn Progress,
