@@ -20,7 +20,7 @@ LOOKS = {
     "Pq": FILM % "Pq",
     "graded": """"graded": Cdl(source: "exposed", slope: (1.1, 1.0, 0.9), offset: (0.0, 0.01, 0.02), saturation: 1.3),
         "mapped": ToneMap(source: "graded", curve: AgX), "curved": Encode(source: "mapped", transfer: Srgb),
-        "encoded": Contrast(source: "curved", amount: 1.2)""",
+        "encoded": Contrast(source: "curved", amount: 0.8)""",
 }
 SIZE = (320, 320)
 # Red, green, blue and white (ARRI, "ALEXA Log C Curve", 2012; ITU-R BT.709).

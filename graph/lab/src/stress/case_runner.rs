@@ -82,7 +82,8 @@ mod tests {
     #[test]
     fn a_tenth_is_another_tenth_for_each_seed() {
         let text = "Pipeline(inputs: { \"in\": Color }, nodes: {}, outputs: { \"out\": \"in\" })";
-        let target = |number: u32| Target::pipeline(&format!("kind {number}"), "", "", text, &NoFiles);
+        let registry = super::super::registry(&[]).expect("no two kinds share a name");
+        let target = |number: u32| Target::pipeline(&format!("kind {number}"), "", "", text, &registry, &NoFiles);
         let targets: Vec<Target> = (0..300).map(|number| target(number).expect("a pipeline")).collect();
         let parts = ["half floats", "when drawn"];
         let chosen = |seed: Option<u64>| -> Vec<bool> {
