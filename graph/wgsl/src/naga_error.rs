@@ -191,13 +191,16 @@ fn advice(message: &str, source: &str, at: std::ops::Range<usize>, map: &SourceM
     declares.then(|| format!("WGSL declares a value by `let {word} = ...`, and one that changes by `var {word} = ...`"))
 }
 
-/// The error of a call that reads a texture without its sampler. The place is that of a function of WGSL, or of an
-/// argument of another function that should be a sampler.
+/// The error of a call that reads a texture without its sampler. The place is that of the call, or of an argument that
+/// should be a sampler.
 fn no_sampler(message: &str, source: &str, at: usize) -> Option<String> {
     let name = |text: &str| text.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
     let (before, after) = source.split_at_checked(at)?;
     let (called, given) = match after.split_once('(') {
-        Some((called, after)) if called.starts_with("textureSample") && message.starts_with("wrong number") => {
+        Some((called, after))
+            if message.contains(" arguments")
+                && ["tap", "textureSample"].iter().any(|name| called.starts_with(name)) =>
+        {
             let given = after.split([';', '\n']).next().filter(|given| !given.contains("sampler"))?;
             (called.to_owned(), given.split_once(',')?.0)
         }

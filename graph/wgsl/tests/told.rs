@@ -72,6 +72,7 @@ fn a_texture_without_its_sampler_is_one_sentence() {
     };
     for (call, name) in [
         ("tap(a, uv)", "tap"),
+        ("tap(a, uv.yx)", "tap"),
         ("0.5 * tap( a, uv + vec2f(0.1, 0.2))", "tap"),
         ("textureSample(a, uv)", "textureSample"),
         ("textureSampleLevel(a, uv, 0.0)", "textureSampleLevel"),
