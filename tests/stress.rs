@@ -32,7 +32,7 @@ fn stressed(tables: &[&[NodeKind]], choice: &StressOptions) -> StressReport {
     let (targets, skipped) = kinds(&registry, tables);
     assert_eq!(skipped, Vec::<String>::new());
     assert!(targets.len() >= tables.iter().map(|table| table.len()).sum(), "some kinds cannot run alone");
-    stress(&gpu(), &registry, &targets, choice, &())
+    stress(&gpu(), &targets, choice, &())
 }
 
 fn reproduced(report: &StressReport) -> String {
@@ -55,11 +55,11 @@ fn a_built_in_pipeline_has_no_faults() {
         .map(|name| {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
             let text = std::fs::read_to_string(path).expect("a built-in pipeline");
-            Target::pipeline(name, name, name, &text, &NoFiles).expect("a built-in pipeline")
+            Target::pipeline(name, name, name, &text, &registry, &NoFiles).expect("a built-in pipeline")
         })
         .into();
     let choice = StressOptions { defaults: true, ..quick() };
-    let report = stress(&gpu(), &registry, &targets, &choice, &());
+    let report = stress(&gpu(), &targets, &choice, &());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
     assert!(report.cases() > 100, "only {} cases", report.cases());
 }
@@ -85,7 +85,7 @@ fn without_sanitizing_bad_values_spread_in_space_and_time() {
     let of = |name: &str, case: &str, unsanitized: bool| {
         let kind = registry.get(name).expect("a built-in kind");
         let choice = StressOptions { case: Some(case.into()), defaults: true, unsanitized, ..quick() };
-        stress(&gpu(), &registry, &kinds(&registry, &[std::slice::from_ref(kind)]).0, &choice, &())
+        stress(&gpu(), &kinds(&registry, &[std::slice::from_ref(kind)]).0, &choice, &())
     };
     for (kind, case, verdict) in [
         ("Gaussian", "nan", "not finite"),

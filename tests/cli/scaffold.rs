@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use afterimage_media::{Source, read};
 
-use super::Folder;
+use super::{Folder, Outcome};
 
 /// The kind in Rust, before it has a name.
 #[path = "../../graph/cli/src/scaffold/crate/src/lib.rs"]
@@ -91,6 +92,22 @@ fn a_new_crate_depends_on_crates_that_exist() {
         count += 1;
     }
     assert_eq!(count, 4, "{text}");
+}
+
+#[test]
+fn a_new_crate_without_a_repository_depends_on_packages() {
+    let folder = Folder::new("new-crate-packages");
+    // The program that all tests run lies in the repository.
+    let program = folder.file("afterimage");
+    fs::copy(env!("CARGO_BIN_EXE_afterimage-under-test"), &program).expect("a program");
+    let words = ["nodes", "--new", "SoftGlow", "--rust"];
+    let output = Command::new(program).args(words).current_dir(&folder.0).output().expect("the program starts");
+    Outcome::of(&output).good();
+    let text = fs::read_to_string(folder.file("soft_glow/Cargo.toml")).expect("the manifest");
+    for name in ["graph", "plan", "cli", "nodes"] {
+        let line = format!("\nafterimage-{name} = \"{}\"\n", env!("CARGO_PKG_VERSION"));
+        assert!(text.contains(&line), "{text}");
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Parameters that a kind declares to be without effect.
 
+use std::sync::Arc;
+
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_graph::value::{Param, Type, Value, When};
 use afterimage_lab::stress::{Overrides, Target, registry};
@@ -37,9 +39,9 @@ fn all(param: &Param) -> Vec<Value> {
 }
 
 /// What the kind makes in a state, with further overrides; `None` if it refuses them.
-fn made(registry: &Registry, kind: &NodeKind, state: &State, more: &[(String, String)]) -> Option<Vec<Picture>> {
+fn made(registry: &Arc<Registry>, kind: &NodeKind, state: &State, more: &[(String, String)]) -> Option<Vec<Picture>> {
     let target = Target::kind(registry, kind, state.bare).unwrap();
-    let graph = target.graph(registry, &[&state.set, more].concat()).ok()?;
+    let graph = target.graph(&[&state.set, more].concat()).ok()?;
     let images = graph.inputs.iter().filter(|input| input.block.is_none());
     let picture = Picture::new(24, 40, |x, y| {
         let light = ((x * 7 + y * 3) % 13) as f32 / 3.0;

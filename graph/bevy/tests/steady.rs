@@ -124,16 +124,14 @@ fn a_steady_frame_allocates_nothing_of_ours() {
     let viewport = Viewport { physical_position: UVec2::new(90, 10), physical_size: UVec2::new(60, 40), ..default() };
     let camera = Camera { viewport: Some(viewport), order: 1, ..default() };
     let second = shown.spawn(Vec3::new(2.0, 1.0, 7.0), (camera, look, DepthPrepass));
-    let app = &mut shown.app;
-    let mut is_steady = || {
-        app.update();
-        std::thread::sleep(std::time::Duration::from_millis(5));
-        let world = app.world_mut();
+    let is_steady = |shown: &mut Shown| {
+        shown.run(1);
+        let world = shown.app.world_mut();
         let mut statuses = world.query::<&AfterimageStatus>();
         statuses.iter(world).all(|status| status.is_running && !status.is_changing)
     };
-    let steady = std::iter::repeat_with(&mut is_steady).take(1000).skip_while(|is| !is).take(100);
-    assert_eq!(steady.filter(|is| *is).count(), 100);
+    shown.wait("a steady frame", |shown| is_steady(shown).then_some(()));
+    assert!((0..100).all(|_| is_steady(&mut shown)));
     count_ours(&mut shown.app);
     shown.run(5);
     let (ours, all) = counted(&mut shown.app, FRAMES);

@@ -388,7 +388,7 @@ pub(crate) struct NodesArgs {
     #[arg(long, requires = "new")]
     pub(crate) rust: bool,
     /// With `--rust`: the repository of Afterimage, on which the crate depends; by default one that this folder or the
-    /// program is in
+    /// program is in, and without one packages of the program's version
     #[arg(long, value_name = "DIR", requires = "rust")]
     pub(crate) repository: Option<PathBuf>,
     #[command(flatten)]

@@ -10,21 +10,18 @@ use afterimage_media::{run_files, write_atomic};
 use crate::args::BenchArgs;
 use crate::device::{keep_pipeline_data, open_for};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::{PipelineFile, facts, load_graph};
+use crate::pipeline::{PipelineSource, facts};
 use crate::terminal::say_text;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let path = &args.pipeline;
-    let registry = registry(tables, &args.options.kinds, Some(path))?;
+    let read = || PipelineSource::read(path, tables, &args.options.kinds);
+    let source = read()?;
     // Prints the warnings; the starts below do not print them again.
-    load_graph(path, &registry, &args.options)?;
+    source.file().graph(&args.options)?;
     args.json.iter().try_for_each(|out| run_files::writes(out))?;
     let gpu = open_for(&args.device, &args.plan)?;
-    let load = || -> Result<Graph, Failure> {
-        let files = Files::of(path, &args.options.kinds);
-        Ok(PipelineFile::new(&read_document(path)?, &registry, &files).check(&args.options)?.0)
-    };
+    let load = || -> Result<Graph, Failure> { Ok(read()?.file().check(&args.options)?.0) };
     let options = BenchOptions {
         size: Size::new(args.size.0, args.size.1),
         samples: args.frames,
@@ -32,7 +29,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         facts: facts(&args.options)?,
         options: args.plan.options(),
     };
-    let report = bench::bench(&gpu, &registry, &shown_path(path), &load, &options)?;
+    let report = bench::bench(&gpu, &source.registry, &shown_path(path), &load, &options)?;
     keep_pipeline_data(&gpu, &report.pipelines);
     say_text(&report.to_string());
     match &args.json {

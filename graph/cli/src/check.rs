@@ -9,7 +9,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
 use afterimage_graph::document::without_mark;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::node::NodeKind;
 use afterimage_media::rewrite;
 use afterimage_plan::codegen::CodeOptions;
 use afterimage_plan::{Plan, verify};
@@ -17,8 +17,8 @@ use afterimage_wgsl::Shader;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry, text};
-use crate::pipeline::{PipelineFile, facts, plan_without_device};
+use crate::files::text;
+use crate::pipeline::{PipelineFile, PipelineSource, facts, plan_without_device};
 use crate::terminal::{note, note_styled, say, say_text};
 
 /// The most rounds of fixes in a file: a fixed error can uncover others.
@@ -47,8 +47,7 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
 
 /// Checks a pipeline, and prints its warnings; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let registry = registry(tables, &args.options.kinds, Some(path))?;
-    let (warnings, tiers) = examine(path, args, &registry)?;
+    let (warnings, tiers) = examine(path, args, tables)?;
     if !warnings.is_empty() {
         note_styled(&warnings.render(Style::Colored));
     }
@@ -75,8 +74,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
         }
     };
     for path in &args.pipelines {
-        let registry = registry(tables, &args.options.kinds, Some(path));
-        add(registry.and_then(|registry| Ok(examine(path, args, &registry)?.0)));
+        add(examine(path, args, tables).map(|(warnings, _)| warnings));
     }
     let all = all.sorted();
     say_text(&format!("{:#}", all.to_json()));
@@ -85,13 +83,12 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
 
 /// The warnings of a file and of its tiers, and which tiers these are; or all errors, of the file if it has any,
 /// otherwise of its tiers. With `--fix`, the file is mended before.
-fn examine(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(Diagnostics, Vec<String>), Failure> {
+fn examine(path: &Path, args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(Diagnostics, Vec<String>), Failure> {
     if args.fix {
-        mend(path, args, registry)?;
+        mend(path, args, tables)?;
     }
-    let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds);
-    let file = PipelineFile::new(&document, registry, &files);
+    let source = PipelineSource::read(path, tables, &args.options.kinds)?;
+    let file = source.file();
     let (graph, mut all) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), graph)];
     let mut has_failed = false;
@@ -118,7 +115,7 @@ fn examine(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(Diagno
 
 /// Replaces the words of a file for which the checks know the right ones, until they know of no more. What is left is
 /// reported by the check that follows.
-fn mend(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(), Failure> {
+fn mend(path: &Path, args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some((name, _)) = built_in(path) {
         return Err(Failure::user(format!("`{name}` is a built-in pipeline, which `--fix` cannot change"))
             .hint(format!("`afterimage pipelines {name} --write {name}.ron` writes it to a file")));
@@ -126,7 +123,7 @@ fn mend(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(), Failur
     let args = CheckArgs { fix: false, plan: false, ..args.clone() };
     let name = path.to_string_lossy();
     for _ in 0..MAX_ROUNDS {
-        let found = match examine(path, &args, registry) {
+        let found = match examine(path, &args, tables) {
             Ok((warnings, _)) => warnings,
             Err(failure) => failure.into_diagnostics(),
         };

@@ -7,23 +7,22 @@ use afterimage_graph::color::Transfer;
 use afterimage_graph::diagnostic::shown_path;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::lut::{COLORS, ColorRun, LutExport, LutOptions};
+use afterimage_lab::lut::{ColorRun, LutExport, LutOptions};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
 
 use crate::args::lut::LutArgs;
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::registry;
-use crate::pipeline::{facts, load_graph, plan_without_device};
+use crate::pipeline::{PipelineSource, facts, plan_without_device};
 use crate::terminal::{note, say};
 
 /// A size at which kinds do what they do in films.
 const TYPICAL: Size = Size { width: 1920, height: 1080, depth: 1 };
 
 pub(crate) fn run(args: &LutArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
-    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
+    let source = PipelineSource::read(&args.pipeline, tables, &args.options.kinds)?;
+    let graph = source.file().graph(&args.options)?;
     let format = WrittenFormat::of_name(&args.out).ok_or_else(|| {
         Failure::user(format!("`{}`: a table is a `.cube` or a `.clf` file", shown_path(&args.out)))
             .hint("`ociobakelut` makes other formats of it")
@@ -69,14 +68,16 @@ fn report(args: &LutArgs, run: &ColorRun, made: &LutExport) {
         from = args.from.name(),
         to = made.to.map_or(made.state.name(), LutSpace::name)
     ));
-    let [grays, most, nearly_all, all] = made.errors.map(|error| match made.state {
-        ColorState::Encoded => format!("{:.3}", error * 255.0),
-        _ => format!("{error:.2e}"),
+    let errors = made.errors;
+    // Rounded up: no color is further off than what is printed.
+    let [grays, p99, p999, max] = [errors.grays, errors.p99, errors.p999, errors.max].map(|error| match made.state {
+        ColorState::Encoded => format!("{:.3}", error * 255.0 + 0.0005),
+        _ => format!("{:.2e}", error * 1.005),
     });
     let unit = if made.state == ColorState::Encoded { "codes of 8 bits" } else { "units of its results" };
     say(&format!(
-        "error in {unit}: grays at most {grays}; 99 % of colors at most {most}, 99.9 % at most {nearly_all}; the \
-         largest of {COLORS} is {all}"
+        "error in {unit}: grays at most {grays}; 99 % of colors at most {p99}, 99.9 % at most {p999}; the largest that \
+         a search finds is {max}"
     ));
     if let Some(to) = made.to {
         let state = match made.state {

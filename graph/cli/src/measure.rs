@@ -2,7 +2,7 @@
 
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::node::NodeKind;
 use afterimage_lab::measure::{self, Explainer, Explanation, MeasureOptions, MeasureReport, Pipeline, SequenceOptions};
 use afterimage_media::sequence::{Input, is_numbered};
 use afterimage_media::{run_files, write_atomic};
@@ -12,8 +12,7 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{MeasureArgs, SequenceArgs};
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::{PipelineFile, assignments, facts};
+use crate::pipeline::{PipelineSource, assignments, facts};
 use crate::progress::Bar;
 use crate::render::tell_other_numbers;
 use crate::terminal::{say_styled, say_text};
@@ -22,11 +21,10 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     if let Some(path) = args.plot.as_ref().filter(|path| path.extension().is_none_or(|ending| ending != "svg")) {
         return Err(Failure::user(format!("`--plot {}` does not end in `.svg`", path.display())));
     }
-    let registry = registry(tables, &args.sequences.options.kinds, Some(&args.pipeline))?;
     let mut options = measure_options(&args.sequences)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
-    let (report, explanation) = report(args, &registry, &options)?;
+    let (report, explanation) = report(args, tables, &options)?;
     say_styled(&measure::table(&report));
     explanation.iter().for_each(|explanation| say_text(&explanation.to_text()));
     write(args, &report, explanation.as_ref())
@@ -78,13 +76,12 @@ pub(crate) fn note_images(args: &SequenceArgs) {
 
 fn report(
     args: &MeasureArgs,
-    registry: &Registry,
+    tables: &[&[NodeKind]],
     options: &MeasureOptions,
 ) -> Result<(MeasureReport, Option<Explanation>), Failure> {
     let path = &args.pipeline;
-    let document = read_document(path)?;
-    let files = Files::of(path, &args.sequences.options.kinds);
-    let file = PipelineFile::new(&document, registry, &files);
+    let source = PipelineSource::read(path, tables, &args.sequences.options.kinds)?;
+    let (file, registry) = (source.file(), &source.registry);
     let pipeline = &args.sequences.options;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;

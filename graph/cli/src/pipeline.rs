@@ -6,13 +6,31 @@ use afterimage_graph::check::{Checker, FactKind, Facts, Graph};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, list, quote};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_plan::{Caps, HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
-use crate::args::PipelineOptions;
+use crate::args::{KindOptions, PipelineOptions};
 use crate::failure::Failure;
-use crate::files::{FileLoader, Files, read_document};
+use crate::files::{FileLoader, Files, read_document, registry};
 use crate::terminal::note_styled;
+
+/// A pipeline file as it was read, with the kinds that it has and access to the files that it names.
+pub(crate) struct PipelineSource {
+    pub(crate) registry: Registry,
+    document: Document,
+    files: Files,
+}
+
+impl PipelineSource {
+    pub(crate) fn read(path: &Path, tables: &[&[NodeKind]], options: &KindOptions) -> Result<Self, Failure> {
+        let registry = registry(tables, options, Some(path))?;
+        Ok(Self { registry, document: read_document(path)?, files: Files::of(path, options) })
+    }
+
+    pub(crate) fn file(&self) -> PipelineFile<'_> {
+        PipelineFile::new(&self.document, &self.registry, &self.files)
+    }
+}
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
@@ -52,11 +70,6 @@ impl<'a> PipelineFile<'a> {
 /// Adds the files that a pipeline names to those of the run.
 pub(crate) fn list_files(checker: &Checker<'_>, loader: &impl FileLoader) {
     checker.named_files().iter().for_each(|path| loader.name(path));
-}
-
-/// A checked pipeline file, for commands that need it once; prints the warnings.
-pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
-    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds)).graph(options)
 }
 
 /// `name=value` of each use of an option.

@@ -1,5 +1,7 @@
 //! `afterimage plan`: what a pipeline does on the GPU.
 
+use std::path::Path;
+
 use afterimage::offline::LutErrors;
 use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::{Graph, ParameterId};
@@ -11,8 +13,7 @@ use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::{PipelineFile, facts, load_graph, request, typical_caps};
+use crate::pipeline::{PipelineSource, facts, request, typical_caps};
 use crate::terminal::say_text;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -32,16 +33,15 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
-    let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds);
-    let file = PipelineFile::new(&document, &registry, &files);
+    let read = |path: &Path| PipelineSource::read(path, tables, &args.options.kinds);
+    let source = read(&args.pipeline)?;
+    let file = source.file();
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
-        (Some(path), _) => load_graph(path, &registry, &args.options)?,
+        (Some(path), _) => read(path)?.file().graph(&args.options)?,
         (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
         (None, None) if args.bake_error => {
-            return Ok(shown(&this, args.format) + &table_errors(&registry, file.graph(&args.options)?, args)?);
+            return Ok(shown(&this, args.format) + &table_errors(&source.registry, file.graph(&args.options)?, args)?);
         }
         (None, None) => return Ok(shown(&this, args.format)),
     };

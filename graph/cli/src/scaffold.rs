@@ -27,6 +27,9 @@ const CRATE: [Template; 6] = [
     PIPELINE,
 ];
 
+/// Folders of the repository with the crates on which a crate depends.
+const DEPENDENCIES: [&str; 4] = ["graph/core", "graph/plan", "graph/cli", "nodes"];
+
 /// Names that a crate cannot have: words of Rust, and crates that every program has.
 const WORDS_OF_RUST: [&str; 44] = [
     "abstract", "alloc", "as", "async", "await", "become", "box", "break", "const", "continue", "core", "crate", "do",
@@ -44,7 +47,8 @@ pub(crate) fn folder(name: &str, registry: &Registry) -> Result<String, Failure>
     Ok(report(name, &file, &FOLDER, &[("Render it", &run), ("Test it", &test)]))
 }
 
-/// Writes a crate with a kind of that name; returns what to do with it.
+/// Writes a crate with a kind of that name; returns what to do with it. It depends on the crates of a repository, if
+/// there is one, and else on packages of this version.
 pub(crate) fn rust_crate(name: &str, registry: &Registry, repository: Option<&Path>) -> Result<String, Failure> {
     let file = checked(name, registry)?;
     if WORDS_OF_RUST.contains(&file.as_str()) {
@@ -54,15 +58,19 @@ pub(crate) fn rust_crate(name: &str, registry: &Registry, repository: Option<&Pa
         Some(given) if !is_repository(given) => {
             return Err(Failure::user(format!("`{}` is not the repository of Afterimage", given.display())));
         }
-        Some(given) => given.to_owned(),
-        None => find_repository().ok_or_else(|| {
-            Failure::user("the repository of Afterimage, on which the crate depends, is in no folder above this one")
-                .hint("`--repository DIR` names it")
-        })?,
+        Some(given) => Some(given.to_owned()),
+        None => find_repository(),
     };
-    let repository = real_path(&repository).map_err(|error| Failure::unreadable(error.message))?;
-    let repository = repository.to_string_lossy().replace('\\', "/");
-    write(&file, &CRATE, &|text| renamed(text, name, &file).replace("REPOSITORY", &repository))?;
+    let repository = repository.map(|path| real_path(&path)).transpose();
+    let repository = repository.map_err(|error| Failure::unreadable(error.message))?;
+    let source = |folder: &str| match &repository {
+        Some(path) => format!("{{ path = \"{}/{folder}\" }}", path.to_string_lossy().replace('\\', "/")),
+        None => concat!('"', env!("CARGO_PKG_VERSION"), '"').to_owned(),
+    };
+    write(&file, &CRATE, &|text| {
+        let placeholder = |folder: &str| format!("\"REPOSITORY/{folder}\"");
+        DEPENDENCIES.iter().fold(renamed(text, name, &file), |text, at| text.replace(&placeholder(at), &source(at)))
+    })?;
     let run = format!("cd {file} && cargo run --example program -- render {file}.ron -o {file}.png --size 640x360");
     let test = format!("cd {file} && cargo test");
     Ok(report(name, &file, &CRATE, &[("Render it", &run), ("Test it", &test)]))

@@ -2,6 +2,7 @@
 
 mod processes;
 
+use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use afterimage::host::built_in;
@@ -26,16 +27,10 @@ use crate::terminal::{note, say_text};
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Again>) -> Result<(), Failure> {
-    let mut kinds = args.options.kinds.clone();
-    args.pipelines.iter().for_each(|path| kinds = with_own(&kinds, Some(path)));
-    let from_folders = folder_kinds(&kinds)?;
-    let mut tables = tables.to_vec();
-    tables.push(&from_folders);
-    let registry = stress::registry(&tables).map_err(Failure::user)?;
     if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
         return Err(unknown_case(case));
     }
-    let (targets, skipped) = targets(args, &registry, &tables)?;
+    let (targets, skipped) = targets(args, tables)?;
     let options = StressOptions {
         case: args.case.clone(),
         size: args.size,
@@ -46,7 +41,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Agai
         options: Options::default(),
     };
     if let Some(at) = args.target {
-        return one_target(args, &registry, &targets, at, &options);
+        return one_target(args, &targets, at, &options);
     }
     args.json.iter().try_for_each(|out| run_files::writes(out))?;
     skipped.iter().for_each(|kind| note(kind));
@@ -59,7 +54,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Agai
             drop(gpu);
             processes::stress(again, &targets, jobs)?
         }
-        _ => stress::stress(&gpu, &registry, &targets, &options, &Bar::new(targets.len() as u64)),
+        _ => stress::stress(&gpu, &targets, &options, &Bar::new(targets.len() as u64)),
     };
     if let Some(path) = &args.json {
         write_atomic(path, &serde_json::to_vec_pretty(&report).expect("names and numbers are JSON"))?;
@@ -72,17 +67,11 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]], again: Option<&Agai
 }
 
 /// Runs one target of the list for the process that has started this one, and prints its results.
-fn one_target(
-    args: &StressArgs,
-    registry: &Registry,
-    targets: &[Target],
-    at: usize,
-    options: &StressOptions,
-) -> Result<(), Failure> {
+fn one_target(args: &StressArgs, targets: &[Target], at: usize, options: &StressOptions) -> Result<(), Failure> {
     processes::end_with_parent()?;
     let target = targets.get(at..).and_then(|rest| rest.get(..1));
     let target = target.ok_or_else(|| Failure::user(format!("`--target {at}`: there are {}", targets.len())))?;
-    let report = stress::stress(&open(&args.device)?, registry, target, options, &());
+    let report = stress::stress(&open(&args.device)?, target, options, &());
     say_text(&serde_json::to_string(&report.results[0]).expect("names and numbers are JSON"));
     Ok(())
 }
@@ -94,60 +83,64 @@ fn unknown_case(case: &str) -> Failure {
     Failure::user(format!("no case is called `{case}`")).hint(hint)
 }
 
+/// The kinds of tables and of folders, with those that make values visible.
+fn registry(tables: &[&[NodeKind]], folders: &[NodeKind]) -> Result<Arc<Registry>, Failure> {
+    stress::registry(&[tables, &[folders]].concat()).map_err(Failure::user)
+}
+
 /// The targets that the command line names, with its overrides and facts.
-fn targets(
-    args: &StressArgs,
-    registry: &Registry,
-    tables: &[&[NodeKind]],
-) -> Result<(Vec<Target>, Vec<String>), Failure> {
+fn targets(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(Vec<Target>, Vec<String>), Failure> {
+    let from_folders = folder_kinds(&args.options.kinds)?;
+    let named = registry(tables, &from_folders)?;
     let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
     let tier = args.options.tier.as_deref();
     let (mut targets, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
         if let Some((name, text)) = built_in(path) {
-            targets.extend(of_built_in(name, text, tier)?);
+            targets.extend(of_built_in(name, text, &named, tier)?);
             continue;
         }
         let file = path.to_string_lossy();
         let document = read_document(path)?;
         let text = text(path, "pipeline")?;
+        let own = registry(tables, &folder_kinds(&with_own(&args.options.kinds, Some(path)))?)?;
         // A target may live as long as the program.
         let files: &Files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
-        list_files(&Checker::new(&document, registry, files), files);
+        list_files(&Checker::new(&document, &own, files), files);
         let name = shown(&file);
-        targets.extend(stress::pipelines(&name, &name, &file, &text, files, tier)?);
+        targets.extend(stress::pipelines(&name, &name, &file, &text, &own, files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {
-            targets.extend(of_built_in(name, text, tier)?);
+            targets.extend(of_built_in(name, text, &named, tier)?);
         }
     }
     if everything || args.kinds {
-        let (alone, others) = stress::kinds(registry, tables);
+        let (alone, others) = stress::kinds(&named, &[tables, &[&from_folders]].concat());
         targets.extend(alone);
         skipped.extend(others);
     }
     for name in &args.kind {
-        let (alone, others) = one_kind(registry, name)?;
+        let (alone, others) = one_kind(&named, name)?;
         targets.extend(alone);
         skipped.extend(others);
     }
     targets.retain(|target| target.bare || !args.bare);
     let base = assignments(&args.options.sets, "--set")?;
-    check_fact_names(args, registry, &targets)?;
+    check_fact_names(args, &targets)?;
     let facts = facts(&args.options)?;
     targets.iter_mut().for_each(|target| (target.base, target.facts) = (base.clone(), facts.clone()));
     Ok((targets, skipped))
 }
 
 /// The targets of a built-in pipeline.
-fn of_built_in(name: &str, text: &str, tier: Option<&str>) -> Result<Vec<Target>, Failure> {
-    Ok(stress::pipelines(name, name, &format!("{name}.ron"), text, &BuiltIn, tier)?)
+fn of_built_in(name: &str, text: &str, registry: &Arc<Registry>, tier: Option<&str>) -> Result<Vec<Target>, Failure> {
+    Ok(stress::pipelines(name, name, &format!("{name}.ron"), text, registry, &BuiltIn, tier)?)
 }
 
 /// A fact that none of the targets knows is a typing error.
-fn check_fact_names(args: &StressArgs, registry: &Registry, targets: &[Target]) -> Result<(), Failure> {
-    let graphs: Vec<Graph> = targets.iter().filter_map(|target| target.graph(registry, &Vec::new()).ok()).collect();
+fn check_fact_names(args: &StressArgs, targets: &[Target]) -> Result<(), Failure> {
+    let graphs: Vec<Graph> = targets.iter().filter_map(|target| target.graph(&Vec::new()).ok()).collect();
     for fact in &args.options.facts {
         let given = std::slice::from_ref(fact);
         let mut checks = graphs.iter().map(|graph| check_facts(graph, &[], given, &mut Diagnostics::default()));
@@ -159,7 +152,7 @@ fn check_fact_names(args: &StressArgs, registry: &Registry, targets: &[Target]) 
     Ok(())
 }
 
-fn one_kind(registry: &Registry, name: &str) -> Result<(Vec<Target>, Vec<String>), Failure> {
+fn one_kind(registry: &Arc<Registry>, name: &str) -> Result<(Vec<Target>, Vec<String>), Failure> {
     let kind = registry.get(name).ok_or_else(|| {
         let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
         Failure::user(format!("no node kind is called `{name}`")).hint(hint)

@@ -11,19 +11,16 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{Ladder, TuneArgs};
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
 use crate::measure::{measure_options, note_images};
-use crate::pipeline::PipelineFile;
+use crate::pipeline::{PipelineFile, PipelineSource};
 use crate::progress::Bar;
 use crate::terminal::{note, say_text};
 use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.sequences.options;
-    let registry = registry(tables, &pipeline.kinds, Some(&args.pipeline))?;
-    let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &pipeline.kinds);
-    let file = PipelineFile::new(&document, &registry, &files);
+    let source = PipelineSource::read(&args.pipeline, tables, &pipeline.kinds)?;
+    let (file, registry) = (source.file(), &source.registry);
     let written = file.graph(pipeline)?;
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
@@ -31,16 +28,16 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     note_images(&args.sequences);
     args.out.iter().chain(&args.state).try_for_each(|out| run_files::writes(out))?;
     let goals = goals(args);
-    goals.iter().try_for_each(|goal| tier_file::check_name(args, &registry, &goal.name))?;
+    goals.iter().try_for_each(|goal| tier_file::check_name(args, registry, &goal.name))?;
     let gpu = open(&args.sequences.device)?;
     let mut options = measure_options(&args.sequences)?;
     if args.goal.tiers.is_some() && !args.no_charts {
         add_charts(&mut options.sequences, &written);
     }
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
-    let tuned = tune(&gpu, &registry, &tuned, &options, &goals, args.state.as_deref(), &Bar::at_most())?;
+    let tuned = tune(&gpu, registry, &tuned, &options, &goals, args.state.as_deref(), &Bar::at_most())?;
     let entries: Vec<_> = tuned.tiers.iter().map(|tier| changes(&plain, &tier.graph)).collect();
-    write(args, &tier_file::text(args, &registry, &entries, &tuned)?)?;
+    write(args, &tier_file::text(args, registry, &entries, &tuned)?)?;
     if let Some(folder) = tier_file::foreign_folder(args) {
         note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }

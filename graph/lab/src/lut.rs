@@ -3,7 +3,7 @@
 //! On the way from an output back to an input, nodes whose result is a function of one color are in the table. All
 //! others are switched off: readers of their results get their source. The nodes color the entries of the table on the
 //! device, in 32 bits; then the text of the file is read back, and its table is compared with the nodes on other
-//! colors.
+//! colors, and around those where they differ most.
 
 use afterimage::offline::Session;
 use afterimage_color::lut::{Interpolation, PngLayout, Table, WrittenFormat, WrittenLut};
@@ -21,10 +21,14 @@ use crate::LabError;
 use crate::measure::reference::output;
 use crate::metrics::percentile;
 
-/// Random colors for which a table is compared with its nodes.
-pub const COLORS: usize = 1 << 18;
+/// Colors for which a table is compared with its nodes, which fill it evenly; as many again in each round of a search.
+const COLORS: usize = 1 << 18;
 /// Grays, likewise.
 const GRAYS: usize = 1 << 12;
+/// Colors with the largest errors, around which a round looks for larger ones.
+const WORST: usize = 1 << 12;
+/// How far a round looks, in cells of the table.
+const REACHES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Pixels in a row of the images of colors.
 const WIDTH: usize = 4096;
 
@@ -65,8 +69,20 @@ pub struct LutExport {
     pub to: Option<LutSpace>,
     /// The color state of its results.
     pub state: ColorState,
-    /// The largest error of grays; the 99th and the 99.9th percentile, and the largest, of [`COLORS`] colors.
-    pub errors: [f64; 4],
+    pub errors: LutErrors,
+}
+
+/// Errors of a table next to its nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct LutErrors {
+    /// The largest of grays.
+    pub grays: f64,
+    /// The 99th percentile of colors that fill the table evenly.
+    pub p99: f64,
+    /// The 99.9th.
+    pub p999: f64,
+    /// The largest that a search from those colors finds.
+    pub max: f64,
 }
 
 impl ColorRun {
@@ -157,14 +173,13 @@ impl ColorRun {
     }
 
     /// The table of a file, next to the nodes.
-    fn errors(&self, session: &mut Session, axes: &Axes, text: &str) -> Result<[f64; 4], LabError> {
+    fn errors(&self, session: &mut Session, axes: &Axes, text: &str) -> Result<LutErrors, LabError> {
         let read = parse_lut_file(text.as_bytes(), PngLayout::Tiles).expect("the file is as its reader wants it");
         let table = match read {
             LutFile::Table(lut) => Process::of_table(&lut, Interpolation::Tetrahedral),
             LutFile::Process(process) => process,
         };
-        let mut compared = |places: &mut dyn Iterator<Item = [f64; 3]>| -> Result<Vec<f32>, LabError> {
-            let places: Vec<[f64; 3]> = places.collect();
+        let mut compared = |places: &[[f64; 3]]| -> Result<Vec<f32>, LabError> {
             let exact = self.results(session, axes, places.iter().copied())?;
             let error = |(place, exact): (&[f64; 3], &[f32; 3])| {
                 let shown = table.apply(axes.numbers(*place));
@@ -172,9 +187,30 @@ impl ColorRun {
             };
             Ok(places.iter().zip(&exact).map(error).collect())
         };
-        let grays = compared(&mut (0..GRAYS).map(|index| [index as f64 / (GRAYS - 1) as f64; 3]))?;
-        let colors = compared(&mut (0..COLORS).map(scattered))?;
-        Ok([percentile(&grays, 1.0), percentile(&colors, 0.99), percentile(&colors, 0.999), percentile(&colors, 1.0)])
+        let mut places: Vec<[f64; 3]> = (0..GRAYS).map(|index| [index as f64 / (GRAYS - 1) as f64; 3]).collect();
+        let grays = compared(&places)?;
+        let even: Vec<[f64; 3]> = (0..COLORS).map(scattered).collect();
+        let colors = compared(&even)?;
+        let mut errors = [grays.as_slice(), &colors].concat();
+        places.extend(even);
+        for reach in REACHES {
+            let mut order: Vec<usize> = (0..places.len()).collect();
+            order.select_nth_unstable_by(WORST, |a, b| errors[*b].total_cmp(&errors[*a]));
+            let around = |index: usize| {
+                let (worst, offset) = (places[order[index % WORST]], scattered(index));
+                let cell = 2.0 * reach / (axes.size - 1) as f64;
+                [0, 1, 2].map(|channel| (worst[channel] + cell * (offset[channel] - 0.5)).clamp(0.0, 1.0))
+            };
+            let near: Vec<[f64; 3]> = (0..COLORS).map(around).collect();
+            errors.extend(compared(&near)?);
+            places.extend(near);
+        }
+        Ok(LutErrors {
+            grays: percentile(&grays, 1.0),
+            p99: percentile(&colors, 0.99),
+            p999: percentile(&colors, 0.999),
+            max: percentile(&errors, 1.0),
+        })
     }
 
     /// The colors of the nodes at these places of a table.
@@ -208,6 +244,8 @@ impl ColorRun {
 
 /// From the places of a table, 0 to 1 in each channel, to colors.
 struct Axes {
+    /// Entries of each.
+    size: usize,
     shape: Option<(Shape, f64)>,
     /// From the numbers that come to the file to those of the image.
     to_image: Process,
@@ -218,7 +256,7 @@ impl Axes {
     fn new(options: &LutOptions, colorimetry: Colorimetry) -> Self {
         let shape = options.shaper.map(|stops| (Shape::log_c(f64::from(stops)), f64::from(stops).exp2()));
         let to_image = Process::new(options.from.to_light(colorimetry.primaries, GRAPHICS_WHITE.get()));
-        Self { shape, to_image, colorimetry }
+        Self { size: options.size, shape, to_image, colorimetry }
     }
 
     /// The numbers that come to the file.

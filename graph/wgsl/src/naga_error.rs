@@ -76,7 +76,9 @@ fn author_byte(map: &SourceMap, error: &ParseError) -> Option<usize> {
 fn parse_error(source: &str, map: &SourceMap, error: &ParseError, byte: Option<usize>) -> ShaderError {
     // naga has no place for this one.
     let is_too_deep = byte.is_none() && error.message().starts_with("internal");
-    let message = if is_too_deep { TOO_DEEP } else { error.message() };
+    let at = error.labels().next().and_then(|(span, _)| span.to_range());
+    let no_sampler = at.clone().and_then(|at| no_sampler(error.message(), source, at.start));
+    let message = if is_too_deep { TOO_DEEP } else { no_sampler.as_deref().unwrap_or(error.message()) };
     let plain =
         message.replace("`{AbstractFloat}`", "a number with a point").replace("`{AbstractInt}`", "a whole number");
     let mut shown = error_at(map, byte, plain);
@@ -84,7 +86,6 @@ fn parse_error(source: &str, map: &SourceMap, error: &ParseError, byte: Option<u
     let unknown = error.labels().next().filter(|_| message.starts_with("no definition in scope"));
     let unknown = unknown.and_then(|(span, _)| source.get(span.to_range()?));
     let notes: Vec<&str> = error.notes().collect();
-    let at = error.labels().next().and_then(|(span, _)| span.to_range());
     let help = unknown
         .and_then(|name| suggestion(name, map))
         .or((!notes.is_empty()).then(|| notes.join("; ")))
@@ -112,8 +113,10 @@ pub(crate) fn validation_error(
             None => None,
         }
     });
+    let at = narrowest.and_then(|(_, span)| first_byte(span));
+    let message = at.and_then(|at| no_sampler(&message, source, at)).unwrap_or(message);
     let is_composed = message.starts_with("composing expects") || message.starts_with("Composing expects");
-    let mut shown = error_at(map, narrowest.and_then(|(_, span)| first_byte(span)), message);
+    let mut shown = error_at(map, at, message);
     if is_composed {
         let help = "together, the arguments have as many numbers as the vector has components";
         shown.help = Some(help.to_owned().into_boxed_str());
@@ -150,6 +153,9 @@ fn suggestion(unknown: &str, map: &SourceMap) -> Option<String> {
     if let Some((_, name)) = OTHER_LANGUAGES.iter().find(|(other, _)| *other == unknown) {
         return Some(format!("WGSL has {} for it", quote(name)));
     }
+    if unknown.ends_with("_sampler") {
+        return Some(format!("the argument `{unknown}: sampler` follows that of its texture"));
+    }
     let builtin = naga::keywords::wgsl::BUILTIN_IDENTIFIERS.iter().copied();
     let mut names: Vec<&str> = Vec::new();
     for text in map.author_texts() {
@@ -183,6 +189,32 @@ fn advice(message: &str, source: &str, at: std::ops::Range<usize>, map: &SourceM
         OTHER_LANGUAGES.iter().any(|(other, name)| *other == before && !name.starts_with(|c| "%*".contains(c)));
     let declares = message.starts_with("expected assignment") && is_type;
     declares.then(|| format!("WGSL declares a value by `let {word} = ...`, and one that changes by `var {word} = ...`"))
+}
+
+/// The error of a call that reads a texture without its sampler. The place is that of the call, or of an argument that
+/// should be a sampler.
+fn no_sampler(message: &str, source: &str, at: usize) -> Option<String> {
+    let name = |text: &str| text.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
+    let (before, after) = source.split_at_checked(at)?;
+    let (called, given) = match after.split_once('(') {
+        Some((called, after))
+            if message.contains(" arguments")
+                && ["tap", "textureSample"].iter().any(|name| called.starts_with(name)) =>
+        {
+            let given = after.split([';', '\n']).next().filter(|given| !given.contains("sampler"))?;
+            (called.to_owned(), given.split_once(',')?.0)
+        }
+        _ if message == "Not a global variable or a function argument" => {
+            let (before, given) = before.trim_end().strip_suffix(',')?.rsplit_once('(')?;
+            (name(before)?, given)
+        }
+        _ => return None,
+    };
+    let (texture, tap) = (name(given)?, if called.starts_with("tap") { &called } else { "tap" });
+    Some(format!(
+        "`{called}` reads a texture through its sampler: write `{tap}({texture}, {texture}_sampler, uv)`, with the \
+         argument `{texture}_sampler: sampler` after the texture `{texture}`"
+    ))
 }
 
 /// The type that a declaration `name: type` states.

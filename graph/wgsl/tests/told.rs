@@ -64,6 +64,33 @@ fn common_mistakes_have_advice() {
 }
 
 #[test]
+fn a_texture_without_its_sampler_is_one_sentence() {
+    let reads = |arguments: &str, call: &str| {
+        let library =
+            "fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f { return textureSampleLevel(t, s, uv, 0.0); }";
+        error_of(&format!("{library}\nfn f(a: texture_2d<f32>, {arguments}uv: vec2f) -> vec4f {{\nreturn {call}; }}"))
+    };
+    for (call, name) in [
+        ("tap(a, uv)", "tap"),
+        ("tap(a, uv.yx)", "tap"),
+        ("0.5 * tap( a, uv + vec2f(0.1, 0.2))", "tap"),
+        ("textureSample(a, uv)", "textureSample"),
+        ("textureSampleLevel(a, uv, 0.0)", "textureSampleLevel"),
+    ] {
+        let error = reads("", call);
+        let message = format!(
+            "`{name}` reads a texture through its sampler: write `tap(a, a_sampler, uv)`, with the argument \
+             `a_sampler: sampler` after the texture `a`"
+        );
+        assert_eq!((error.line, error.message.as_str(), &error.help), (3, message.as_str(), &None), "{call}");
+    }
+    let unknown = reads("", "tap(a, a_sampler, uv)");
+    assert_eq!(unknown.help.as_deref(), Some("the argument `a_sampler: sampler` follows that of its texture"));
+    let no_level = reads("a_sampler: sampler, ", "textureSampleLevel(a, a_sampler, uv)");
+    assert!(no_level.message.starts_with("wrong number of arguments"), "{no_level}");
+}
+
+#[test]
 fn the_first_five_functions_with_errors_are_reported_each_at_its_place() {
     let wrong = |count: usize| {
         (0..count).map(|at| format!("fn f{at}(v: f32) -> f32 {{ return wrong{at}(v) + 1.0; }}\n")).collect::<String>()

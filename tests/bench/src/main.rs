@@ -14,6 +14,7 @@ mod raw;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use afterimage::offline::{Session, timing};
@@ -109,7 +110,7 @@ fn write_json(args: &Arguments, report: &impl Serialize) -> Result<(), LabError>
 }
 
 /// The built-in kinds, and those that make values and tables visible.
-fn stress_registry() -> Registry {
+fn stress_registry() -> Arc<Registry> {
     stress::registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name")
 }
 

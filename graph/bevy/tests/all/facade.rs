@@ -57,18 +57,15 @@ fn cameras_of_one_pipeline_have_their_own_budgets() {
         shown.spawn(Vec3::new(0.0, 1.0, 7.0), (Camera { order: order as isize, ..default() }, look));
     }
     let are_at = |shown: &mut Shown, passes: &dyn Fn(usize) -> bool| {
-        for _ in 0..1000 {
+        shown.wait("the tiers", |shown| {
             shown.run(1);
             let world = shown.app.world_mut();
             let mut cameras: Vec<_> = world.query::<(&Camera, &AfterimageStatus)>().iter(world).collect();
             cameras.sort_by_key(|(camera, _)| camera.order);
             let tiers = cameras.iter().map(|(_, status)| status.tier.as_deref());
             let is_steady = cameras.iter().all(|(_, status)| !status.is_changing && passes(status.passes.len()));
-            if is_steady && tiers.eq(["ultra", "low", "high"].map(Some)) {
-                return;
-            }
-        }
-        panic!("not after 1000 frames");
+            (is_steady && tiers.eq(["ultra", "low", "high"].map(Some))).then_some(())
+        });
     };
     are_at(&mut shown, &|passes| passes > 2);
     // A pipeline of less work, with the same tiers.
@@ -87,14 +84,11 @@ fn readings(shown: &mut Shown) -> AfterimageReadings {
 }
 
 fn reading(shown: &mut Shown, what: &str, is_wanted: impl Fn(Option<Vec4>) -> bool) -> Option<Vec4> {
-    for _ in 0..500 {
+    shown.wait(what, |shown| {
         shown.run(1);
         let value = readings(shown).0.get("meter.result").copied();
-        if is_wanted(value) {
-            return value;
-        }
-    }
-    panic!("{what}: not after 500 frames, but {:?}", readings(shown));
+        is_wanted(value).then_some(value)
+    })
 }
 
 /// The exposure of a meter: a brighter scene has less.

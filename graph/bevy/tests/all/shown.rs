@@ -2,19 +2,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use afterimage::wgpu::PollType;
 use bevy::app::Plugins;
 use bevy::camera::RenderTarget;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::{Extent3d, TextureFormat, TextureUsages};
-use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use bevy::render::renderer::RenderDevice;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, trigger_screenshots};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_afterimage::{Afterimage, AfterimagePlugin, AfterimageStatus};
+
+/// When a test would never end.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 pub(crate) const SIZE: UVec2 = UVec2::new(160, 90);
 
@@ -138,16 +143,31 @@ impl Shown {
         self.app.world_mut().resource_mut::<Captured>().0.remove(&number)
     }
 
-    /// The bytes of the cameras' image.
+    /// The bytes of the cameras' image after one more frame. No other frame runs until they are here: Bevy reads them in
+    /// the pool in which it compiles the pipelines of all apps of this process, and that can take any time.
     pub(crate) fn shown(&mut self) -> Vec<u8> {
         let number = self.ask();
-        for _ in 0..200 {
-            self.run(1);
-            if let Some(bytes) = self.take(number) {
-                return bytes;
+        self.run(1);
+        self.wait("no screenshot arrives", |shown| {
+            let world = shown.app.world_mut();
+            world.resource::<RenderDevice>().wgpu_device().poll(PollType::Poll).expect("the device is there");
+            world.run_system_cached(trigger_screenshots).expect("Bevy has it");
+            std::thread::sleep(Duration::from_millis(1));
+            shown.take(number)
+        })
+    }
+
+    /// Goes on until there is a result. A time limit ends tests that would hang, and no others.
+    pub(crate) fn wait<T>(&mut self, what: &str, mut next: impl FnMut(&mut Self) -> Option<T>) -> T {
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE {
+            if let Some(result) = next(self) {
+                return result;
             }
         }
-        panic!("no screenshot arrives");
+        let world = self.app.world_mut();
+        let statuses: Vec<_> = world.query::<&AfterimageStatus>().iter(world).collect();
+        panic!("{what}: not in {PATIENCE:?}, but {statuses:?}");
     }
 
     /// The images of all frames from now on until they are as wanted. `before` runs before each frame.
@@ -157,45 +177,29 @@ impl Shown {
         mut before: impl FnMut(&mut Self),
         are_wanted: impl Fn(&[Vec<u8>]) -> bool,
     ) -> Vec<Vec<u8>> {
-        let (first, mut frames) = (self.asked, Vec::new());
-        for _ in 0..1000 {
-            before(self);
-            self.ask();
-            self.run(1);
-            while let Some(bytes) = self.take(first + frames.len()) {
-                frames.push(bytes);
-            }
-            if are_wanted(&frames) {
-                return frames;
-            }
-        }
-        panic!("{what}: not after 1000 frames");
+        let mut frames = Vec::new();
+        self.wait(what, |shown| {
+            before(shown);
+            frames.push(shown.shown());
+            are_wanted(&frames).then_some(())
+        });
+        frames
     }
 
     /// The image once it is as wanted: files and shaders of the scene arrive after some frames.
     pub(crate) fn once(&mut self, what: &str, is_wanted: impl Fn(&[u8]) -> bool) -> Vec<u8> {
-        for _ in 0..100 {
-            self.run(5);
-            let shown = self.shown();
-            if is_wanted(&shown) {
-                return shown;
-            }
-        }
-        let world = self.app.world_mut();
-        let statuses: Vec<_> = world.query::<&AfterimageStatus>().iter(world).collect();
-        panic!("{what}: not after 100 pictures, but {statuses:?}");
+        self.wait(what, |shown| {
+            shown.run(5);
+            Some(shown.shown()).filter(|bytes| is_wanted(bytes))
+        })
     }
 
     /// Runs until the status is as wanted.
     pub(crate) fn until(&mut self, what: &str, is_wanted: impl Fn(&AfterimageStatus) -> bool) -> AfterimageStatus {
-        for _ in 0..500 {
-            self.run(1);
-            let status = self.status();
-            if is_wanted(&status) {
-                return status;
-            }
-        }
-        panic!("{what}: not after 500 frames, but {:?}", self.status());
+        self.wait(what, |shown| {
+            shown.run(1);
+            Some(shown.status()).filter(&is_wanted)
+        })
     }
 
     /// The image once it stays as it is and has many codes.

@@ -16,8 +16,7 @@ use super::request::Request;
 use super::target::{STANDARD, Target};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
-use crate::pipeline::{self, PipelineFile, assignments, facts, typical_caps};
+use crate::pipeline::{self, PipelineSource, assignments, facts, typical_caps};
 
 /// The size of a typical image.
 pub(super) fn typical_size() -> Size {
@@ -64,10 +63,7 @@ pub(super) fn prepare<'a>(
     tables: &[&[NodeKind]],
     targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
 ) -> Result<Prepared<'a>, Failure> {
-    let registry = registry(tables, &args.options.kinds, Some(&args.pipeline))?;
-    let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds);
-    let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
+    let graph = PipelineSource::read(&args.pipeline, tables, &args.options.kinds)?.file().graph(&args.options)?;
     let facts = facts(&args.options)?;
     let named_inputs = assignments(&args.inputs, "--input")?;
     let request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;

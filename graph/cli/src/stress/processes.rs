@@ -114,7 +114,9 @@ mod tests {
     #[test]
     fn a_program_that_does_not_start_is_an_error_and_one_that_fails_a_result() {
         let text = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene() }, outputs: { \"out\": \"scene\" })";
-        let target = Target::pipeline("plain", "plain.ron", "plain.ron", text, &NoFiles).expect("a pipeline");
+        let registry = afterimage_lab::stress::registry(&[]).expect("no two kinds share a name");
+        let target = Target::pipeline("plain", "plain.ron", "plain.ron", text, &registry, &NoFiles);
+        let target = target.expect("a pipeline");
         let again = |program: &str, words: &[&str]| {
             let again = Again { program: program.into(), words: words.iter().map(Into::into).collect(), folder: None };
             stress(&again, &[target.clone(), target.clone()], 2)

@@ -34,9 +34,9 @@ impl FileProject {
     pub(super) fn new(path: PathBuf, options: KindOptions, kinds: Vec<NodeKind>, wake: &Wake) -> Self {
         let wake = wake.clone();
         let mut files = FileWatch::new(move || wake.call());
-        let options = with_own(&options, Some(&path));
-        let libraries = options.nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
-        files.extend(options.nodes.iter().cloned().chain(libraries).chain([path.clone()]));
+        let KindOptions { nodes, .. } = with_own(&options, Some(&path));
+        let libraries = nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
+        files.extend(nodes.iter().cloned().chain(libraries).chain([path.clone()]));
         Self { path, options, kinds, registry: None, files, new: None }
     }
 

@@ -1,7 +1,6 @@
 //! The state that all cases of a pipeline or a kind share: options, renderer and results.
 
 use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
 use afterimage_plan::Options;
 
 use super::laws::{finite, in_range};
@@ -48,7 +47,6 @@ impl StressOptions {
 /// The state that all cases of one target share.
 pub(crate) struct CaseRunner<'a> {
     pub(crate) renderer: &'a mut Renderer,
-    pub(crate) registry: &'a Registry,
     pub(crate) target: &'a Target,
     pub(crate) options: &'a StressOptions,
     pub(crate) progress: &'a dyn Progress,
@@ -84,7 +82,8 @@ mod tests {
     #[test]
     fn a_tenth_is_another_tenth_for_each_seed() {
         let text = "Pipeline(inputs: { \"in\": Color }, nodes: {}, outputs: { \"out\": \"in\" })";
-        let target = |number: u32| Target::pipeline(&format!("kind {number}"), "", "", text, &NoFiles);
+        let registry = super::super::registry(&[]).expect("no two kinds share a name");
+        let target = |number: u32| Target::pipeline(&format!("kind {number}"), "", "", text, &registry, &NoFiles);
         let targets: Vec<Target> = (0..300).map(|number| target(number).expect("a pipeline")).collect();
         let parts = ["half floats", "when drawn"];
         let chosen = |seed: Option<u64>| -> Vec<bool> {

@@ -1,5 +1,7 @@
 //! The device's own filter of textures: how finely it weights two texels.
 
+use std::sync::Arc;
+
 use afterimage_gpu::Gpu;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
@@ -17,15 +19,15 @@ const SIDE: u32 = 61;
 const FINE: f32 = 1.0 / 4096.0;
 
 /// True if the device weights texels so coarsely that pixels next to a bright texel are visibly wrong.
-pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
+pub(crate) fn is_coarse(gpu: &Gpu, registry: &Arc<Registry>) -> bool {
     let mut renderer = Renderer::new(gpu, true, Options::default());
     largest_error(&mut renderer, registry).is_some_and(|error| error > FINE)
 }
 
 /// The largest error of a weight between a black and a white texel.
-fn largest_error(renderer: &mut Renderer, registry: &Registry) -> Option<f32> {
+fn largest_error(renderer: &mut Renderer, registry: &Arc<Registry>) -> Option<f32> {
     let target = Target::kind(registry, &NodeKind::of::<ShowFilter>(), false).ok()?;
-    let graph = target.graph(registry, &Overrides::new()).ok()?;
+    let graph = target.graph(&Overrides::new()).ok()?;
     let inputs = [StressFrame::still(Extreme::named("checkerboard")?)];
     let request =
         RenderRequest { target: &target, graph: &graph, size: Size::new(SIDE, 1), inputs: &inputs, together: true };

@@ -19,6 +19,8 @@ mod time;
 mod variants;
 mod wiring;
 
+use std::sync::Arc;
+
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Loader;
 use afterimage_graph::node::{NodeKind, Registry, RegistryError};
@@ -36,15 +38,15 @@ pub use wiring::NODE;
 ///
 /// # Errors
 /// As [`Registry::new`].
-pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, RegistryError> {
+pub fn registry(tables: &[&[NodeKind]]) -> Result<Arc<Registry>, RegistryError> {
     let mut all = tables.to_vec();
     all.push(visible::ALL);
-    Registry::new(&all)
+    Registry::new(&all).map(Arc::new)
 }
 
 /// Each kind of these tables on its own: with its optional inputs, and without them if it has any. In addition, the
 /// kinds that cannot run alone, each with the reason and with what makes it reachable.
-pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Target>, Vec<String>) {
+pub fn kinds(registry: &Arc<Registry>, tables: &[&[NodeKind]]) -> (Vec<Target>, Vec<String>) {
     let (mut targets, mut skipped) = (Vec::new(), Vec::new());
     for kind in tables.iter().copied().flatten() {
         match Target::kind(registry, kind, false) {
@@ -68,10 +70,11 @@ pub fn pipelines(
     words: &str,
     file: &str,
     text: &str,
+    registry: &Arc<Registry>,
     loader: &'static dyn Loader,
     tier: Option<&str>,
 ) -> Result<Vec<Target>, crate::LabError> {
-    let whole = Target::pipeline(title, words, file, text, loader)?;
+    let whole = Target::pipeline(title, words, file, text, registry, loader)?;
     if tier.is_some() {
         return Ok(vec![whole.at_tier(tier)]);
     }
@@ -81,19 +84,13 @@ pub fn pipelines(
 }
 
 /// Runs the chosen cases of each target.
-pub fn stress(
-    gpu: &Gpu,
-    registry: &Registry,
-    targets: &[Target],
-    options: &StressOptions,
-    progress: &dyn Progress,
-) -> StressReport {
+pub fn stress(gpu: &Gpu, targets: &[Target], options: &StressOptions, progress: &dyn Progress) -> StressReport {
     let mut renderer = Renderer::new(gpu, options.unsanitized, options.options);
-    renderer.filters_coarsely = filter::is_coarse(gpu, registry);
+    renderer.filters_coarsely = targets.first().is_some_and(|target| filter::is_coarse(gpu, &target.registry));
     let mut report = StressReport::default();
     for target in targets.iter().filter(|target| !target.bare || options.includes(target, "bare")) {
         progress.begin(&target.title);
-        report.results.push(run::stress(&mut renderer, registry, target, options, progress));
+        report.results.push(run::stress(&mut renderer, target, options, progress));
         progress.end();
     }
     report

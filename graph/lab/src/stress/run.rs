@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{Invariants, Registry};
+use afterimage_graph::node::Invariants;
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
@@ -88,15 +88,14 @@ pub(crate) const CHECK: &str = "check";
 /// Runs all cases of a target.
 pub(crate) fn stress(
     renderer: &mut Renderer,
-    registry: &Registry,
     target: &Target,
     options: &StressOptions,
     progress: &dyn Progress,
 ) -> Results {
     let target = &target.with_words(if options.unsanitized { " --unsanitized" } else { "" });
     let results = Results::new(target);
-    let mut runner = CaseRunner { renderer, registry, target, options, progress, results, is_heavy: false };
-    match target.graph(registry, &Overrides::new()) {
+    let mut runner = CaseRunner { renderer, target, options, progress, results, is_heavy: false };
+    match target.graph(&Overrides::new()) {
         Ok(graph) => runner.all(&graph),
         Err(diagnostics) => {
             let first = diagnostics.iter().next().map_or_else(String::new, |one| one.message.clone());
@@ -148,7 +147,7 @@ impl CaseRunner<'_> {
         let mut forced = self.renderer.configure(|_, _| {}, false);
         let size = self.options.swept();
         for change in changes {
-            let Ok(graph) = self.target.graph(self.registry, &change.overrides) else {
+            let Ok(graph) = self.target.graph(&change.overrides) else {
                 self.results.refused += 1;
                 continue;
             };
@@ -293,7 +292,7 @@ impl CaseRunner<'_> {
         size: Size,
         images: &[Extreme],
     ) {
-        let Some(graph) = self.target.forced(self.registry, overrides) else { return };
+        let Some(graph) = self.target.forced(overrides) else { return };
         let inputs: Vec<StressFrame> = images.iter().map(|image| StressFrame::still(*image)).collect();
         let request = RenderRequest { target: self.target, graph: &graph, size, inputs: &inputs, together: true };
         let ran = match self.renderer.run(configuration, request) {

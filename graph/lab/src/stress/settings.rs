@@ -96,23 +96,16 @@ pub(crate) fn arguments(overrides: &Overrides) -> String {
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::node::Registry;
-
+    use super::super::registry;
     use super::super::target::Target;
     use super::{arguments, sweep};
 
-    fn target(kind: &str) -> (Registry, Target) {
-        let tables = [afterimage_nodes::ALL, super::super::visible::ALL];
-        let registry = Registry::new(&tables).expect("no two kinds share a name");
-        let kind = registry.get(kind).expect("a built-in kind");
-        let target = Target::kind(&registry, kind, false).expect("every built-in kind can run alone");
-        (registry, target)
-    }
-
     #[test]
     fn both_ends_neutral_and_pairs() {
-        let (registry, target) = target("Contrast");
-        let graph = target.graph(&registry, &Vec::new()).expect("defaults are right");
+        let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let kind = registry.get("Contrast").expect("a built-in kind");
+        let target = Target::kind(&registry, kind, false).expect("every built-in kind can run alone");
+        let graph = target.graph(&Vec::new()).expect("defaults are right");
         let all: Vec<String> = sweep(&target, &graph, 3).iter().map(|change| arguments(&change.overrides)).collect();
         assert_eq!(all[0], "");
         for expected in
@@ -125,11 +118,11 @@ mod tests {
 
     #[test]
     fn every_built_in_kind_can_run_alone() {
+        let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
         for kind in afterimage_nodes::ALL {
             for bare in [false, true] {
-                let (registry, _) = target("Contrast");
                 let target = Target::kind(&registry, kind, bare).unwrap_or_else(|why| panic!("{kind:?}: {why}"));
-                let graph = target.graph(&registry, &Vec::new());
+                let graph = target.graph(&Vec::new());
                 assert!(graph.is_ok(), "{kind:?}: {}", graph.expect_err("checked"));
             }
         }

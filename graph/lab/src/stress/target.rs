@@ -22,6 +22,8 @@ pub struct Target {
     /// The pipeline in which the kind is never skipped as an identity; for kinds with image outputs.
     forced: Option<Arc<Document>>,
     tier: Option<String>,
+    /// The kinds of its nodes.
+    pub(crate) registry: Arc<Registry>,
     /// Reads the files that the pipeline names.
     loader: &'static dyn Loader,
     pub(crate) is_kind: bool,
@@ -75,6 +77,7 @@ impl Target {
         words: &str,
         file: &str,
         text: &str,
+        registry: &Arc<Registry>,
         loader: &'static dyn Loader,
     ) -> Result<Self, Diagnostics> {
         Ok(Self {
@@ -83,6 +86,7 @@ impl Target {
             document: Arc::new(parse(file, text)?),
             forced: None,
             tier: None,
+            registry: registry.clone(),
             loader,
             is_kind: false,
             shows_value: false,
@@ -97,7 +101,7 @@ impl Target {
     ///
     /// # Errors
     /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
-    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool) -> Result<Self, String> {
+    pub fn kind(registry: &Arc<Registry>, kind: &NodeKind, bare: bool) -> Result<Self, String> {
         Self::with_or_without_file(registry, kind, WireOptions { bare, file: CUBE, ..WireOptions::default() })
     }
 
@@ -106,25 +110,25 @@ impl Target {
     ///
     /// # Errors
     /// As [`kind`](Self::kind).
-    pub fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
+    pub fn typical(registry: &Arc<Registry>, kind: &NodeKind) -> Result<Self, String> {
         let wiring = WireOptions { typical: true, file: TYPICAL_CUBE, ..WireOptions::default() };
         Self::with_or_without_file(registry, kind, wiring)
     }
 
     fn with_or_without_file(
-        registry: &Registry,
+        registry: &Arc<Registry>,
         kind: &NodeKind,
         wiring: WireOptions<'static>,
     ) -> Result<Self, String> {
         let target = Self::wired(registry, kind, wiring)?;
         // A kind whose files are not tables runs without a file.
-        match target.graph(registry, &Overrides::new()) {
+        match target.graph(&Overrides::new()) {
             Ok(_) => Ok(target),
             Err(_) => Self::wired(registry, kind, WireOptions { file: "", ..wiring }),
         }
     }
 
-    fn wired(registry: &Registry, kind: &NodeKind, wiring: WireOptions<'static>) -> Result<Self, String> {
+    fn wired(registry: &Arc<Registry>, kind: &NodeKind, wiring: WireOptions<'static>) -> Result<Self, String> {
         let bare = wiring.bare;
         let name = kind.name();
         let (title, flag) = if bare { (" (bare)", " --bare") } else { ("", "") };
@@ -138,6 +142,7 @@ impl Target {
             document: document(false)?,
             forced: document(true).ok(),
             tier: None,
+            registry: registry.clone(),
             loader: &CubeFile,
             is_kind: true,
             shows_value: kind.output(kind.main_output()).is_some_and(|output| output.ty == PortType::Value),
@@ -182,19 +187,19 @@ impl Target {
     }
 
     /// The graph with these overrides, or what is wrong with them.
-    pub fn graph(&self, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
-        self.check(&self.document, registry, overrides)
+    pub fn graph(&self, overrides: &Overrides) -> Result<Graph, Diagnostics> {
+        self.check(&self.document, overrides)
     }
 
     /// The graph in which the kind always runs.
-    pub(crate) fn forced(&self, registry: &Registry, overrides: &Overrides) -> Option<Graph> {
-        self.check(self.forced.as_ref()?, registry, overrides).ok()
+    pub(crate) fn forced(&self, overrides: &Overrides) -> Option<Graph> {
+        self.check(self.forced.as_ref()?, overrides).ok()
     }
 
-    fn check(&self, document: &Document, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
+    fn check(&self, document: &Document, overrides: &Overrides) -> Result<Graph, Diagnostics> {
         let sets = self.base.iter().chain(overrides).cloned().collect();
         let options = CheckOptions { tier: self.tier.clone(), sets, loader: self.loader };
-        Ok(check(document, registry, &options)?.0)
+        Ok(check(document, &self.registry, &options)?.0)
     }
 
     /// True for nodes whose parameters are swept.
@@ -207,7 +212,7 @@ impl Target {
 mod tests {
     use afterimage_graph::check::NoFiles;
 
-    use super::super::pipelines;
+    use super::super::{pipelines, registry};
 
     /// The tiers of a pipeline have the domains of its parameters in common.
     #[test]
@@ -218,7 +223,8 @@ mod tests {
             outputs: { "out": "scene" },
             tiers: { "low": { "bins.lo": -8.0 } },
         )"#;
-        let targets = pipelines("a", "a", "a.ron", text, &NoFiles, None).expect("a pipeline");
+        let registry = registry(&[]).expect("no two kinds share a name");
+        let targets = pipelines("a", "a", "a.ron", text, &registry, &NoFiles, None).expect("a pipeline");
         let found: Vec<_> = targets.iter().map(|target| (&*target.title, &*target.words, target.sweep)).collect();
         assert_eq!(found, [("a", "a", true), ("a (bare)", "a --bare", false), ("a (low)", "a --tier low", false)]);
     }

@@ -81,7 +81,7 @@ fn one(
     size: Size,
     images: &[Extreme],
 ) {
-    let Ok(graph) = runner.target.graph(runner.registry, overrides) else { return };
+    let Ok(graph) = runner.target.graph(overrides) else { return };
     let inputs: Vec<StressFrame> = images.iter().map(|image| StressFrame::still(*image)).collect();
     let request = RenderRequest { target: runner.target, graph: &graph, size, inputs: &inputs, together: true };
     // The still images have already reported a failure of the first variant.

@@ -4,6 +4,7 @@ mod figures;
 mod images;
 mod subjects;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use afterimage::offline::{Session, timing};
@@ -31,7 +32,7 @@ use subjects::{KindAlone, alone, is_own, least_bytes, moved_bytes};
 /// The device cannot be measured, or the built-in scene not be rendered. A kind that does not run is in the report.
 pub(crate) fn kinds(
     gpu: &Gpu,
-    registry: &Registry,
+    registry: &Arc<Registry>,
     tables: &[&[NodeKind]],
     sizes: &[Size],
     samples: u32,
@@ -42,7 +43,7 @@ pub(crate) fn kinds(
     let mut rows: Vec<KindFigures> = subjects.iter().map(|subject| KindFigures::new(&subject.kind)).collect();
     for size in sizes {
         let images = SceneImages::new(gpu, registry, *size)?;
-        let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps, samples, size: *size };
+        let bench = KindBench { gpu, clock: &clock, images: &images, copy_gbps, samples, size: *size };
         for (subject, row) in subjects.iter().zip(&mut rows) {
             let measured = catch_panic(|| bench.measure(subject, row)).map_err(|panic| format!("it panics: {panic}"));
             if let Err(why) = measured.and_then(|measured| measured.map_err(|error| error.to_string())) {
@@ -65,10 +66,15 @@ pub(crate) fn kinds(
 
 /// The seconds that a driver compiles each kind of these tables, as comma-separated values: what the first frame takes
 /// longer than the second. Values that change nothing are replaced.
-pub(crate) fn compile(gpu: &Gpu, registry: &Registry, tables: &[&[NodeKind]], size: Size) -> Result<String, LabError> {
+pub(crate) fn compile(
+    gpu: &Gpu,
+    registry: &Arc<Registry>,
+    tables: &[&[NodeKind]],
+    size: Size,
+) -> Result<String, LabError> {
     let clock = Clock::new(gpu)?;
     let images = SceneImages::new(gpu, registry, size)?;
-    let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps: 0.0, samples: 1, size };
+    let bench = KindBench { gpu, clock: &clock, images: &images, copy_gbps: 0.0, samples: 1, size };
     let mut text = String::new();
     for subject in alone(registry, tables).0 {
         let line = bench.compile(&subject);
@@ -101,7 +107,6 @@ pub(crate) fn compiled(
 /// The conditions of all measurements at one size.
 struct KindBench<'a> {
     gpu: &'a Gpu,
-    registry: &'a Registry,
     clock: &'a Clock,
     images: &'a SceneImages<'a>,
     copy_gbps: f64,
@@ -111,7 +116,7 @@ struct KindBench<'a> {
 
 impl KindBench<'_> {
     fn compile(&self, subject: &KindAlone) -> Result<String, LabError> {
-        let graph = subject.graph(self.registry, &subject.changed)?;
+        let graph = subject.graph(&subject.changed)?;
         let images = self.images.of(&subject.kind, &graph.inputs)?;
         let start = Instant::now();
         let mut session = self.session(&graph, &images)?;
@@ -119,12 +124,12 @@ impl KindBench<'_> {
     }
 
     fn measure(&self, subject: &KindAlone, row: &mut KindFigures) -> Result<(), LabError> {
-        let mut graph = subject.graph(self.registry, &[])?;
+        let mut graph = subject.graph(&[])?;
         let images = self.images.of(&subject.kind, &graph.inputs)?;
         let mut session = self.session(&graph, &images)?;
         if skips(session.plan()) {
             // Its defaults change nothing.
-            graph = subject.graph(self.registry, &subject.changed)?;
+            graph = subject.graph(&subject.changed)?;
             session = self.session(&graph, &images)?;
             row.set = subject.changed.iter().map(|(name, value)| format!("{name}={value}")).collect();
         }

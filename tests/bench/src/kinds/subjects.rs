@@ -1,6 +1,7 @@
 //! The graphs of kinds on their own, and what their plans read and write.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Pass, Registry, Resource};
@@ -21,14 +22,14 @@ pub(super) struct KindAlone {
 
 impl KindAlone {
     /// The graph with these values of parameters.
-    pub(super) fn graph(&self, registry: &Registry, values: &[(String, String)]) -> Result<Graph, LabError> {
+    pub(super) fn graph(&self, values: &[(String, String)]) -> Result<Graph, LabError> {
         let overrides = values.iter().map(|(name, value)| (format!("{NODE}.{name}"), value.clone())).collect();
-        Ok(self.subject.graph(registry, &overrides)?)
+        Ok(self.subject.graph(&overrides)?)
     }
 }
 
 /// Each kind of these tables on its own, and those that cannot be.
-pub(super) fn alone(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<KindAlone>, Vec<SkippedKind>) {
+pub(super) fn alone(registry: &Arc<Registry>, tables: &[&[NodeKind]]) -> (Vec<KindAlone>, Vec<SkippedKind>) {
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for kind in tables.iter().copied().flatten() {
         let name = kind.name().to_owned();
@@ -103,8 +104,7 @@ mod tests {
         assert_eq!(subjects.len(), afterimage_nodes::ALL.len());
         for subject in &subjects {
             for values in [&[], subject.changed.as_slice()] {
-                let graph =
-                    subject.graph(&registry, values).unwrap_or_else(|error| panic!("{}: {error}", subject.kind));
+                let graph = subject.graph(values).unwrap_or_else(|error| panic!("{}: {error}", subject.kind));
                 assert!(graph.nodes.iter().any(|node| node.name == NODE), "{}", subject.kind);
                 assert!(!graph.outputs.is_empty(), "{}", subject.kind);
             }
