@@ -64,6 +64,7 @@ pub(crate) fn spawn<'scope, T: Send + 'scope>(
     name: &str,
     work: impl FnOnce() -> T + Send + 'scope,
 ) -> Result<ScopedJoinHandle<'scope, T>, Failure> {
+    check_room()?;
     Builder::new().name(name.to_owned()).spawn_scoped(scope, work).map_err(no_thread)
 }
 
@@ -72,6 +73,7 @@ pub(crate) fn spawn<'scope, T: Send + 'scope>(
 /// # Errors
 /// The system has no further thread.
 pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
+    check_room()?;
     let pool = |builder: ThreadPoolBuilder| builder.thread_name(move |index| format!("{name} {index}")).build();
     pool(ThreadPoolBuilder::new()).or_else(|_| pool(ThreadPoolBuilder::new().num_threads(1))).map_err(no_thread)
 }
@@ -82,11 +84,23 @@ pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
 /// # Errors
 /// The system has no further thread.
 pub(crate) fn start_threads() -> Result<(), Failure> {
+    check_room()?;
     match ThreadPoolBuilder::new().build_global() {
         // Without a reason of the system, they are started already.
         Err(why) if why.source().is_some() => Err(no_thread(why)),
         _ => Ok(()),
     }
+}
+
+/// Memory for the stacks of a few threads.
+const ROOM: usize = 16 << 20;
+
+/// A thread that has no memory for the stack of its signals ends the program, so there must be some before it starts.
+///
+/// # Errors
+/// The process has no memory for threads.
+fn check_room() -> Result<(), Failure> {
+    Vec::<u8>::new().try_reserve_exact(ROOM).map_err(no_thread)
 }
 
 fn no_thread(why: impl std::fmt::Display) -> Failure {
