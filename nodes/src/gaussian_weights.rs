@@ -26,9 +26,16 @@ impl GaussianWeights {
         Some(Self { radius, falloff, scale: 1.0 / (1.0 + 2.0 * side) })
     }
 
-    /// The axes to blur with their kernels, for these standard deviations: all of them if the sigmas may change.
-    pub(crate) fn of_axes(sigmas: &[f32], reach: f32, may_change: bool) -> impl Iterator<Item = (usize, Self)> {
-        let kernel = move |sigma: f32| Self::new(sigma, reach).or(may_change.then_some(Self::COPY));
-        sigmas.iter().enumerate().filter_map(move |(axis, sigma)| Some((axis, kernel(*sigma)?)))
+    /// The axes to blur with their kernels, for these standard deviations. Axes that are needed, as where sigmas may
+    /// change, are among them without a blur, too.
+    pub(crate) fn of_axes(
+        sigmas: &[f32],
+        reach: f32,
+        is_needed: impl Fn(usize) -> bool,
+    ) -> impl Iterator<Item = (usize, Self)> {
+        sigmas.iter().enumerate().filter_map(move |(axis, sigma)| {
+            let kernel = Self::new(*sigma, reach).or_else(|| is_needed(axis).then_some(Self::COPY))?;
+            Some((axis, kernel))
+        })
     }
 }

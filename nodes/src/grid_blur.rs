@@ -1,7 +1,5 @@
 //! GridBlur: blurs a bilateral grid.
 
-use std::array::from_fn;
-
 use afterimage_graph::prelude::*;
 
 use crate::gaussian_weights::GaussianWeights;
@@ -40,25 +38,15 @@ node_kind! {
 }
 
 const REACH: f32 = 3.0;
+/// Cells of a workgroup; one that limits the slope has all of a column, of which a grid has at most so many.
 const GROUP: [u32; 3] = [8, 8, 4];
+const COLUMN: [u32; 3] = [1, 1, 256];
 /// The axis of luminance.
 const LUMINANCE: usize = 2;
 
-impl GridBlur {
-    /// The axes to blur with their kernels. Luminance is one of them where its slope is limited.
-    fn axes(&self, may_change: bool, is_limited: bool) -> impl Iterator<Item = (usize, GaussianWeights)> {
-        let kernel = move |(axis, sigma): (usize, f32)| {
-            let is_needed = may_change || is_limited && axis == LUMINANCE;
-            let weights = GaussianWeights::new(sigma, REACH).or(is_needed.then_some(GaussianWeights::COPY))?;
-            Some((axis, weights))
-        };
-        self.sigma.into_iter().enumerate().filter_map(kernel)
-    }
-}
-
 impl Node for GridBlur {
     fn is_identity(&self, _: &InputValues) -> bool {
-        self.axes(false, self.slope < NO_SLOPE).next().is_none()
+        self.slope >= NO_SLOPE && GaussianWeights::of_axes(&self.sigma, REACH, |_| false).next().is_none()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -66,17 +54,16 @@ impl Node for GridBlur {
         let desc = pass.desc(cells);
         let size = desc.size;
         let is_limited = self.slope < NO_SLOPE || pass.is_dynamic("slope");
-        let mut axes = self.axes(pass.is_dynamic("sigma"), is_limited).peekable();
+        let may_change = pass.is_dynamic("sigma");
+        let is_needed = |axis| may_change || is_limited && axis == LUMINANCE;
+        let mut axes = GaussianWeights::of_axes(&self.sigma, REACH, is_needed).peekable();
         while let Some((axis, weights)) = axes.next() {
             let last = axes.peek().is_none();
             let name = ["x", "y", "z"][axis];
             let result = if last { pass.output("result", desc) } else { pass.transient(name, desc) };
-            let (entry, groups) = match is_limited && axis == LUMINANCE {
-                true => ("grid_blur_slope", [size.width, size.height, 1]),
-                false => ("grid_blur", {
-                    let sides = [size.width, size.height, size.depth];
-                    from_fn(|side| sides[side].div_ceil(GROUP[side]))
-                }),
+            let (entry, group) = match is_limited && axis == LUMINANCE {
+                true => ("grid_blur_slope", COLUMN),
+                false => ("grid_blur", GROUP),
             };
             let mut along = [0_u32; 3];
             along[axis] = 1;
@@ -89,7 +76,11 @@ impl Node for GridBlur {
                 .set("falloff", weights.falloff)
                 .set("scale", weights.scale)
                 .set("slope", self.slope)
-                .dispatch(groups);
+                .dispatch([
+                    size.width.div_ceil(group[0]),
+                    size.height.div_ceil(group[1]),
+                    size.depth.div_ceil(group[2]),
+                ]);
             cells = result;
         }
     }

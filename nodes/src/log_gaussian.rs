@@ -94,7 +94,7 @@ impl Node for LogGaussian {
         let picture = pass.image("source");
         let sigmas = self.sigmas(pass.desc(picture).size);
         let may_change = pass.is_dynamic("sigma");
-        let kernels = || GaussianWeights::of_axes(&sigmas, REACH, may_change);
+        let kernels = || GaussianWeights::of_axes(&sigmas, REACH, |_| may_change);
         let desc = ImageDesc::new(Size::new(self.width, self.height));
         let mut blurred = [None; 2];
         blurred.iter_mut().zip(kernels()).for_each(|(image, _)| *image = Some(pass.transient("small", desc)));

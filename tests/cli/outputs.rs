@@ -116,8 +116,8 @@ fn color(picture: Picture) -> [f32; 3] {
     [0, 1, 2].map(|channel| values[channel] / values[3])
 }
 
-/// What is half covered has the color of the whole if a curve sees light that is not multiplied by alpha, and a warning
-/// says so where it does not.
+/// A pixel that is half covered has the color of a whole one if a curve sees light that is not multiplied by alpha, and
+/// a warning says so where it does not.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_curve_of_covered_light_gets_a_warning() {

@@ -164,8 +164,7 @@ fn soft_edge(stops: f64, width: f64) -> Picture {
     })
 }
 
-/// Where the means of a grid change faster than the contrast and the detail allow, the result falls where the scene
-/// rises.
+/// A result falls in an edge that rises if the means of its grid change faster than the contrast and the detail allow.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_rises_in_a_soft_edge_rises_in_the_result() {

@@ -27,7 +27,7 @@ const COLORS: usize = 1 << 18;
 const GRAYS: usize = 1 << 12;
 /// Colors with the largest errors, around which a round looks for larger ones.
 const WORST: usize = 1 << 12;
-/// How far a round looks, in cells of the table.
+/// Distance in cells of the table that each round looks.
 const REACHES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Pixels in a row of the images of colors.
 const WIDTH: usize = 4096;

@@ -14,8 +14,7 @@ impl DraftGraph {
     /// Warns of outputs whose alpha is coverage, after a tone curve of light that is multiplied by it: the curve is not
     /// linear, so half of a color becomes more than half of its result.
     pub(super) fn report_covered_curves(&self, graph: &Graph, reports: &mut Reports) {
-        let of_graph = graph.outputs.iter().filter(|output| output.has_coverage);
-        for output in of_graph {
+        for output in graph.outputs.iter().filter(|output| output.has_coverage) {
             let own = self.outputs.iter().find(|(entry, _)| entry.name.value == output.name);
             let Some(((entry, _), curve)) = own.zip(covered_curve(graph, output.source)) else { continue };
             let message = format!("the tone curve {} gets light that is multiplied by alpha", quote(&curve.name));
@@ -32,13 +31,13 @@ impl DraftGraph {
 /// The last tone curve of light multiplied by alpha that an image comes from.
 fn covered_curve(graph: &Graph, source: Source) -> Option<&GraphNode> {
     let is_straight = |node: &&GraphNode| [STRAIGHT, COVERED].contains(&node.kind().name());
-    let curve = mains(graph, source).find(|node| is_curve(node))?;
-    let before = mains(graph, curve.wires[0]?).find(is_straight);
+    let curve = along_first_inputs(graph, source).find(|node| is_curve(node))?;
+    let before = along_first_inputs(graph, curve.wires[0]?).find(is_straight);
     before.is_none_or(|node| node.kind().name() == COVERED).then_some(curve)
 }
 
 /// The node of an image, that of its first input, and so on.
-fn mains(graph: &Graph, source: Source) -> impl Iterator<Item = &GraphNode> {
+fn along_first_inputs(graph: &Graph, source: Source) -> impl Iterator<Item = &GraphNode> {
     let node =
         |source: Source| if let Source::Node { node, previous: 0, .. } = source { graph.nodes.get(node) } else { None };
     std::iter::successors(node(source), move |found| node((*found.wires.first()?)?))
