@@ -213,6 +213,19 @@ fn each_mistake_is_reported_once_where_it_is_and_with_what_helps() {
             ],
         ),
         (
+            pipeline(
+                r#""e": Exposure(source: "s"), "g": Pipeline(file: "bloom.ron", source: "e")"#,
+                "g",
+                r#"set: { "g/bright.source": "s" }"#,
+            ),
+            [
+                "unknown-field",
+                "g/bright.source",
+                "`source` is a port inside a pipeline, whose wires cannot be set",
+                "wire the inputs of that pipeline, or write the node anew in a file that `extends` it",
+            ],
+        ),
+        (
             pipeline(r#""a": Tint(source: "s", when: "dark")"#, "a", "facts: {}"),
             ["unknown-fact", "dark", "no fact is called `dark`", "the section `facts` is empty"],
         ),
