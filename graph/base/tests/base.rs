@@ -269,7 +269,7 @@ fn texts_of_diagnostics_are_of_one_line() {
     diagnostics.push(Diagnostic::error("code", NAME).at(&location, NAME).help(NAME));
     let text = diagnostics.to_string();
     assert!(text.lines().all(|line| !line.starts_with("openjd_fail")), "{text}");
-    assert!(text.chars().all(|c| c == '\n' || !afterimage_base::diagnostic::is_control(c)), "{text:?}");
+    assert!(text.chars().all(|c| c == '\n' || !is_control(c)), "{text:?}");
     assert_eq!(text.matches(escaped).count(), 4, "{text}");
     let json = diagnostics.to_json();
     assert_eq!((&json[0]["message"], &json[0]["labels"][0]["file"]), (&escaped.into(), &NAME.into()));

@@ -82,7 +82,8 @@ fn length(to: &mut Vec<u8>, length: usize) {
 mod tests {
     use super::*;
 
-    /// The elements in some bytes, by RFC 9559 and RFC 8794: identifier and content. One of unknown length has the rest.
+    /// The elements in some bytes, by RFC 9559 and RFC 8794: identifier and content. One of unknown length has what
+    /// follows.
     fn elements(mut bytes: &[u8]) -> Vec<(u32, &[u8])> {
         let mut found = Vec::new();
         while !bytes.is_empty() {
