@@ -37,6 +37,7 @@ mod strangers;
 mod stress;
 mod tiers;
 mod topics;
+mod tunes;
 mod untrusted;
 mod volumes;
 mod watch;

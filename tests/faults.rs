@@ -133,6 +133,23 @@ fn each_call_of_the_driver_may_fail() {
     assert_eq!(report.unclosed.keys().find(known), None, "wgpu closes the device after other errors");
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_a_device_has_made_is_destroyed_with_it() {
+    const NAME: &str = "faults::what_a_device_has_made_is_destroyed_with_it";
+    if std::env::var(CHILD).is_err() {
+        // In a process of its own: the numbers are those of the process.
+        let program = std::env::current_exe().expect("the test knows its file");
+        let ran = Command::new(program).args([NAME, "--exact"]).env(CHILD, NAME).output().expect("it runs itself");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stdout));
+        return;
+    }
+    let [open, closed] = Trials::new().objects();
+    let of = |name: &str| open.iter().find(|(known, _)| *known == name).expect("it is counted").1;
+    assert!(of("vkAllocateMemory") > 0 && of("vkCreateBuffer") > 0, "the device is open: {open:?}");
+    assert!(closed.iter().all(|(_, count)| *count == 0), "{closed:?}");
+}
+
 /// wgpu 30.0.1 does not close a device after an error of these calls: it asserts that an encoder is open, or destroys
 /// what belongs to the device after it. No call fails before the end where the fault comes while the device is closed.
 const UNCLOSED: &[&str] = &["vkCreateSemaphore", "vkEndCommandBuffer", "no call"];

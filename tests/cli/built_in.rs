@@ -61,9 +61,15 @@ fn a_built_in_pipeline_is_not_written_through_a_link() {
 #[test]
 fn completions_know_the_commands() {
     let folder = Folder::new("completions");
-    for shell in ["bash", "zsh", "fish", "powershell"] {
+    // The words by which each shell is told of a script.
+    for (shell, words) in [
+        ("bash", "complete -F"),
+        ("zsh", "#compdef afterimage"),
+        ("fish", "complete -c afterimage"),
+        ("powershell", "Register-ArgumentCompleter"),
+    ] {
         let script = folder.run(&format!("completions {shell}")).good();
-        assert!(script.contains("--preroll") && script.contains("pipelines"), "{shell}");
+        assert!(script.contains("preroll") && script.contains("pipelines") && script.contains(words), "{shell}");
     }
 }
 

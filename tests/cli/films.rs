@@ -139,3 +139,118 @@ fn a_file_of_another_format_is_told_the_way_in() {
         of_output.fails_saying(1, &[&format!("`{name}` would be a "), "file, which is not written", "convert it"]);
     }
 }
+
+/// Programs by the names of `ffmpeg` and `ffprobe`: one notes its words, and hands on its input, or the frames of a
+/// film; the other says what a film is.
+#[cfg(unix)]
+const PROGRAMS: [(&str, &str); 2] = [
+    (
+        "ffmpeg",
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit\ncase \"$*\" in *rawvideo*) exec cat film.raw;; esac\n\
+         printf '%s\\n' \"$@\" > words\nfor last; do :; done\nexec cat > \"${last#file:}\"\n",
+    ),
+    (
+        "ffprobe",
+        "#!/bin/sh\ncase \"$*\" in *packet=*) cat film.times;; *'-select_streams a'*) echo pcm_s16le;; \
+         *) cat film.stated;; esac\n",
+    ),
+];
+
+/// Runs a line with these programs. Returns what it says, and the words for `ffmpeg`.
+#[cfg(unix)]
+fn with_programs(folder: &Folder, line: &str) -> (String, Vec<String>) {
+    for (name, text) in PROGRAMS {
+        folder.with(&format!("{name}.text"), text.as_bytes());
+        // A program that this process writes could still be open in a child of another test, and not be started.
+        let copy = format!("mkdir -p programs && cp {name}.text programs/{name} && chmod 755 programs/{name}");
+        let made = std::process::Command::new("sh").current_dir(&folder.0).args(["-c", &copy]).status();
+        assert!(made.expect("a shell").success());
+    }
+    let path = format!("{}:/usr/bin:/bin", folder.file("programs").display());
+    let output = folder.command(line).env("PATH", path).output().expect("the program starts");
+    let words = std::fs::read_to_string(folder.file("words")).unwrap_or_default();
+    (Outcome::of(&output).notes(), words.lines().map(str::to_owned).collect())
+}
+
+/// The word after an option.
+#[cfg(unix)]
+fn after<'a>(words: &'a [String], option: &str) -> &'a str {
+    let at = words.iter().position(|word| word == option);
+    at.map_or("", |at| words[at + 1].as_str())
+}
+
+/// The frames in a stream for `ffmpeg`, and their times in nanoseconds: each is behind the mark of its cluster.
+#[cfg(unix)]
+fn frames(folder: &Folder, film: &str) -> Vec<(u64, Vec<u8>)> {
+    let stream = std::fs::read(folder.file(film)).expect("a film");
+    let clusters = stream.windows(4).enumerate().filter(|(_, mark)| *mark == [0x1f, 0x43, 0xb6, 0x75]);
+    let starts: Vec<usize> = clusters.map(|(at, _)| at).collect();
+    let ends = starts.iter().skip(1).copied().chain([stream.len()]);
+    let cluster = |(start, end): (&usize, usize)| {
+        let time = stream[start + 21..start + 29].try_into().expect("eight bytes");
+        (u64::from_be_bytes(time), stream[start + 42..end].to_vec())
+    };
+    starts.iter().zip(ends).map(cluster).collect()
+}
+
+/// The codes are those of ITU-T H.273, and HDR in an `.mp4` is HEVC.
+#[test]
+#[cfg(unix)]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn colors_choose_the_codec_and_its_codes() {
+    let folder = folder("film-colors");
+    for (encoding, codec, codes) in [
+        ("Srgb", "libx264", ["1", "13", "1"]),
+        ("Gamma, gamma: 2.4", "libx264", ["1", "1", "1"]),
+        ("Pq, primaries: Rec2020", "libx265", ["9", "16", "9"]),
+        ("Hlg, primaries: Rec2020", "libx265", ["9", "18", "9"]),
+    ] {
+        folder.with("color.ron", GRADE.replace("Srgb", encoding).as_bytes());
+        let (_, words) = with_programs(&folder, "render color.ron shot.#.exr -o out.mp4 --fps 25 --output display");
+        let found = ["-color_primaries", "-color_trc", "-colorspace"].map(|option| after(&words, option));
+        assert_eq!((after(&words, "-c:v"), found, after(&words, "-f")), (codec, codes, "matroska"), "{encoding}");
+        assert_eq!(after(&words, "-color_range"), "tv");
+        let frames = frames(&folder, "out.mp4");
+        assert_eq!(frames.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [0, 40_000_000], "{encoding}");
+        // Three planes of two bytes.
+        assert!(frames.iter().all(|(_, frame)| frame.len() == 16 * 9 * 3 * 2), "{encoding}");
+    }
+}
+
+/// Frames 2 and 3 of four at 23.976 a second, in 8 bits; `1:a?` is its sound, if it has any.
+#[test]
+#[cfg(unix)]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_part_of_a_film_has_its_times_and_its_sound() {
+    let folder = folder("film-part");
+    folder.with("in.mov", b"\0\0\0\x14ftypqt  ");
+    folder.with(
+        "film.stated",
+        b"codec_name=prores\nwidth=16\nheight=9\nsample_aspect_ratio=4:3\npix_fmt=yuv422p\ncolor_range=tv\n\
+          color_space=bt709\ncolor_transfer=bt709\ncolor_primaries=bt709\nfield_order=progressive\n\
+          time_base=1/24000\nTAG:timecode=01:00:00:00\nstart_time=0.000000\n",
+    );
+    folder.with("film.times", b"0,K__\n2002,___\n1001,___\n3003,___\n");
+    // Black, middle gray, white, black, without a color.
+    let film = [16, 126, 235, 16].map(|luma| [[luma; 144], [128; 144], [128; 144]]);
+    folder.with("film.raw", film.as_flattened().as_flattened());
+    let (said, words) = with_programs(&folder, "render grade.ron in.mov -o out.mp4 --frames 2-3 --output display");
+    assert!(said.contains("the sound is encoded as AAC"), "{said}");
+    for (option, wanted) in [
+        ("-ss", "0.041708"),
+        ("-t", "0.083417"),
+        ("-timecode", "01:00:00:01"),
+        ("-c:a", "aac"),
+        ("-enc_time_base", "1/24000"),
+        ("-video_track_timescale", "24000"),
+        ("-itsoffset", "0.000000"),
+    ] {
+        assert_eq!(after(&words, option), wanted, "{option} of {words:?}");
+    }
+    assert!(words.iter().any(|word| word.contains("setsar=4/3")) && words.contains(&"1:a?".to_owned()), "{words:?}");
+    let found = frames(&folder, "out.mp4");
+    assert_eq!(found.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [0, 41_708_333]);
+    let luma = |frame: &[u8]| u16::from_le_bytes([frame[0], frame[1]]);
+    let [gray, white] = [0, 1].map(|at| luma(&found[at].1));
+    assert!((300..700).contains(&gray) && white > gray + 100, "{gray} and {white}");
+}

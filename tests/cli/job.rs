@@ -66,8 +66,13 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
     );
     for frames in ["9", "5-8", "1-4"] {
         let said = elsewhere.run(&line_of(&template, &steps[0], frames)).good();
-        let last = said.lines().rev().nth(1).expect("two lines for each frame");
-        assert_eq!(last, "openjd_progress: 100.0");
+        let told: Vec<&str> = said.lines().collect();
+        let count = told.len() / 2;
+        for (number, lines) in told.chunks(2).enumerate().map(|(at, lines)| (at + 1, lines)) {
+            assert_eq!(lines[0], format!("openjd_progress: {:.1}", 100.0 * number as f64 / count as f64));
+            let (status, ending) = ("openjd_status: frame ", format!(", {number} of {count} frames"));
+            assert!(lines[1].starts_with(status) && lines[1].ends_with(&ending), "{}", lines[1]);
+        }
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.png"))).expect("it was written");

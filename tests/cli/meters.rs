@@ -122,6 +122,26 @@ fn a_frame_of_one_gray_is_measured_as_that_gray() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pipeline_without_images_is_measured_at_the_size_that_is_asked_for() {
+    let folder = Folder::new("meters-size");
+    let scene = METERED.replace("\"scene\": Color", "").replace("nodes: {", "nodes: { \"scene\": DemoScene(),");
+    folder.with("scene.ron", scene.as_bytes());
+    for (size, pixels) in [("32x18", 32 * 18), ("20x10", 200)] {
+        folder.run(&format!("meter scene.ron --size {size} --frames 1-2 -o scene.meter")).good();
+        let text = fs::read_to_string(folder.file("scene.meter")).expect("it was written");
+        for line in text.lines() {
+            let frame: Value = serde_json::from_str(line).expect("it is JSON");
+            let bins = frame["measured"]["bins.result"].as_array().expect("a list");
+            let all: u64 = bins[4..].iter().filter_map(Value::as_u64).sum();
+            // Weights are 255 of each pixel, shared by two bins.
+            assert!(all.abs_diff(255 * pixels) <= pixels, "{size}: {all}");
+        }
+        assert_eq!(text.lines().count(), 2);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn measurements_that_do_not_fit_are_refused() {
     let folder = shot("meters-refused");
     folder.with("meter.ron", METERED.as_bytes());

@@ -280,6 +280,23 @@ fn no_output_replaces_a_file_that_its_run_reads() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_refusal_says_what_the_file_is() {
+    let folder = folder("own-names");
+    for (file, what) in [
+        ("p.ron", "the pipeline"),
+        ("base.ron", "a file that the pipeline names"),
+        ("table.cube", "a file that the pipeline names"),
+        ("kinds/glow/node.ron", "a file of a node kind"),
+        ("kinds/glow/glow.wgsl", "a file of a node kind"),
+        ("kinds/lib/shared.wgsl", "a file of a node kind"),
+    ] {
+        let said = format!("{file}: this is {what}");
+        refused(&folder, &[(&format!("bench p.ron --size 16x16 --frames 1 --allow . --json {file}"), &said)]);
+    }
+}
+
+#[test]
 fn two_outputs_are_two_files() {
     let folder = folder("own-outputs");
     let line = |second: &str| format!("render p.ron room.exr --output display=t.png --output same={second}");

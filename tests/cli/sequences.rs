@@ -143,3 +143,20 @@ fn a_layer_of_a_still_is_that_of_all_frames() {
     folder.run("render sum.ron still.exr --input other=shot.####.exr --frames 2 -o outer.####.exr").good();
     assert_eq!(first_number(&folder, "outer.0002.exr"), first_number(&folder, "single.exr"));
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_is_the_same_of_all_frames_is_said_once() {
+    let folder = Folder::new("notes");
+    let covers = "Pipeline(inputs: { \"scene\": Encoded }, nodes: {}, outputs: { \"display\": Output(source: \"scene\", \
+                  alpha: Coverage) })";
+    folder.with("covers.ron", covers.as_bytes());
+    for frame in 1..=4 {
+        let mut picture = room(12, 8);
+        picture.pixels = afterimage_media::Pixels::Float([1.0, 1.0, 1.0, 0.5].repeat(12 * 8));
+        save(&folder.file(&format!("shot.{frame}.exr")), &picture);
+    }
+    let notes = folder.run("render covers.ron shot.#.exr -o out.#.png").notes();
+    let lines: Vec<&str> = notes.lines().filter(|line| line.starts_with("note: ")).collect();
+    assert!(lines.len() == 1 && lines[0].contains("light that is brighter than its alpha holds is cut"), "{notes}");
+}

@@ -86,6 +86,25 @@ fn each_page_has_a_node_to_copy() {
         let text = format!("Pipeline(inputs: {{}}, nodes: {{ {line} }}, outputs: {{ \"a\": \"name\" }})");
         let document = parse("copied.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!(document.nodes[0].kind.value, kind.name());
+        let part = |from: &str, to: &str| {
+            let (_, rest) = page.split_once(&format!("\n{from}\n")).expect("a heading");
+            rest.split_once(&format!("\n{to}\n")).expect("the next heading").0
+        };
+        // Names stand at the beginning of a line; under a heading without any is that there are none.
+        let named = |part: &str| -> Vec<String> {
+            let lines = part.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
+            lines.filter_map(|line| line.split_once(": ")).map(|(name, _)| name.to_owned()).collect()
+        };
+        let names = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect::<Vec<_>>();
+        let inputs = names(&mut kind.inputs().iter().map(|port| &*port.name));
+        let (of_inputs, of_params) = (part("Inputs", "Outputs"), part("Parameters", "When it is off"));
+        match inputs.as_slice() {
+            [] => assert_eq!(of_inputs.trim(), "none: it makes its picture from nothing"),
+            _ => assert_eq!(named(of_inputs), inputs, "{page}"),
+        }
+        assert_eq!(named(part("Outputs", "Parameters")), names(&mut kind.outputs().iter().map(|port| &*port.name)));
+        let params = names(&mut kind.params().iter().map(|param| &*param.name));
+        assert!(named(of_params) == params && (of_params.trim() == "none") == params.is_empty(), "{page}");
         let is_short = |line: &str| !line.starts_with("      ") || line.chars().count() <= 100;
         assert!(page.lines().all(is_short), "{page}");
     }

@@ -82,6 +82,15 @@ impl Trials {
         vulkan::disarm()
     }
 
+    /// The objects of the driver that are there while a run without faults has its device, and after it.
+    pub fn objects(&self) -> [Vec<(&'static str, i64)>; 2] {
+        let Run::Ends(result, seen) = self.run() else { panic!("without a fault") };
+        result.unwrap_or_else(|error| panic!("without a fault: {error}"));
+        let open = vulkan::alive();
+        drop(seen);
+        [open, vulkan::alive()]
+    }
+
     fn clean(&self) -> Vec<(&'static str, Vec<Texels>)> {
         match self.run() {
             Run::Ends(result, seen) => {

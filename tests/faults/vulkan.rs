@@ -7,7 +7,7 @@
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::transmute;
-use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 
 use ash::vk;
@@ -138,7 +138,11 @@ macro_rules! hooks {
                 type Function = unsafe extern "system" fn($($type),*) -> vk::Result;
                 let address = driver::$name.load(Ordering::SeqCst);
                 // SAFETY: it is the driver's address of this function, which was stored when the hook was given out.
-                unsafe { transmute::<*mut c_void, Function>(address)($($argument),*) }
+                let result = unsafe { transmute::<*mut c_void, Function>(address)($($argument),*) };
+                if result == vk::Result::SUCCESS {
+                    count(stringify!($name), 1);
+                }
+                result
             })*
         }
 
@@ -149,7 +153,7 @@ macro_rules! hooks {
                     driver::$name.store(address, Ordering::SeqCst);
                     hook::$name as *mut c_void
                 })*
-                _ => address,
+                _ => ending(name, address),
             }
         }
     };
@@ -197,6 +201,75 @@ hooks! {
     vkWaitForFences Wait (d: vk::Device, n: u32, f: *const vk::Fence, all: u32, t: u64);
     vkWaitSemaphores Wait (d: vk::Device, i: *const c_void, t: u64);
     vkWaitSemaphoresKHR Wait (d: vk::Device, i: *const c_void, t: u64);
+}
+
+macro_rules! ends {
+    ($($name:ident $made:ident;)*) => {
+        /// The numbers of objects that were made and not yet destroyed, by the function that makes them.
+        static ALIVE: [(&str, AtomicI64); [$(stringify!($made)),*].len()] =
+            [$((stringify!($made), AtomicI64::new(0))),*];
+
+        #[allow(non_upper_case_globals, reason = "a static for each function")]
+        mod driver_of_ends {
+            $(pub(super) static $name: super::AtomicPtr<super::c_void> =
+                super::AtomicPtr::new(std::ptr::null_mut());)*
+        }
+
+        #[allow(non_snake_case, reason = "the names of Vulkan")]
+        mod end {
+            use super::*;
+
+            $(pub(super) unsafe extern "system" fn $name(device: vk::Device, object: u64, allocator: *const c_void) {
+                if object != 0 {
+                    count(stringify!($made), -1);
+                }
+                type Function = unsafe extern "system" fn(vk::Device, u64, *const c_void);
+                let address = driver_of_ends::$name.load(Ordering::SeqCst);
+                // SAFETY: it is the driver's address of this function; objects that are no handles of it are 64 bits.
+                unsafe { transmute::<*mut c_void, Function>(address)(device, object, allocator) }
+            })*
+        }
+
+        /// The address of the hook of a function that destroys objects, or `address` itself.
+        fn ending(name: &CStr, address: *mut c_void) -> *mut c_void {
+            match name.to_str().unwrap_or_default() {
+                $(stringify!($name) if !address.is_null() => {
+                    driver_of_ends::$name.store(address, Ordering::SeqCst);
+                    end::$name as *mut c_void
+                })*
+                _ => address,
+            }
+        }
+    };
+}
+
+ends! {
+    vkFreeMemory vkAllocateMemory;
+    vkDestroyBuffer vkCreateBuffer;
+    vkDestroyImage vkCreateImage;
+    vkDestroyImageView vkCreateImageView;
+    vkDestroySampler vkCreateSampler;
+    vkDestroyShaderModule vkCreateShaderModule;
+    vkDestroyPipelineLayout vkCreatePipelineLayout;
+    vkDestroyPipelineCache vkCreatePipelineCache;
+    vkDestroyDescriptorSetLayout vkCreateDescriptorSetLayout;
+    vkDestroyDescriptorPool vkCreateDescriptorPool;
+    vkDestroyRenderPass vkCreateRenderPass;
+    vkDestroyFramebuffer vkCreateFramebuffer;
+    vkDestroyCommandPool vkCreateCommandPool;
+    vkDestroyFence vkCreateFence;
+    vkDestroySemaphore vkCreateSemaphore;
+    vkDestroyQueryPool vkCreateQueryPool;
+}
+
+fn count(made: &str, more: i64) {
+    let alive = ALIVE.iter().find(|(name, _)| *name == made);
+    alive.into_iter().for_each(|(_, alive)| _ = alive.fetch_add(more, Ordering::SeqCst));
+}
+
+/// The numbers of objects that were made and not yet destroyed, by the function that makes them.
+pub fn alive() -> Vec<(&'static str, i64)> {
+    ALIVE.iter().map(|(name, alive)| (*name, alive.load(Ordering::SeqCst))).collect()
 }
 
 static INSTANCE_LOOK_UP: OnceLock<vk::PFN_vkGetInstanceProcAddr> = OnceLock::new();

@@ -235,6 +235,35 @@ fn planes_are_open_wherever_they_are_seen() {
     assert!(farthest > 50.0, "seen at less than two degrees: {farthest} m");
 }
 
+/// A wider picture of the same scene shows the same in its middle.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_longest_way_is_a_share_of_the_height() {
+    let of_width = |width: u32| {
+        let projection = directx::perspective_infinite_reverse(0.8, width as f32 / 48.0, 0.1);
+        let camera = Camera::still(Mat4::IDENTITY.to_cols_array_2d(), projection.to_cols_array_2d());
+        let (seen, beside) = (surfaces([32, 48]), (width - 32) / 2);
+        let data = Picture::new(width, 48, |x, y| match x.checked_sub(beside) {
+            Some(x) if x < 32 => seen.at(x, y),
+            _ => [65504.0, 0.0, 1.0, 0.0],
+        });
+        let light = |largest: f32| {
+            let node = NODE.replace("radius: 3.0", &format!("radius: 3.0, largest: {largest:?}"));
+            let node = node.replace(", normal: \"normal\"", "");
+            let found = lit(&node, &camera, &data, &data);
+            Picture::new(24, 48, |x, y| found.at(beside + 4 + x, y))
+        };
+        [light(0.06), light(0.18)]
+    };
+    let (narrow, wide) = (of_width(32), of_width(96));
+    for (narrow, wide) in narrow.iter().zip(&wide) {
+        let off = super::lens::apart(narrow, wide);
+        assert!(off < 5e-3, "{off}");
+    }
+    let off = super::lens::apart(&narrow[0], &narrow[1]);
+    assert!(off > 0.03, "a longer way finds more: {off}");
+}
+
 /// What is far away, infinite, or not finite: the places are garbage, the numbers are not.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

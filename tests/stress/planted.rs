@@ -37,6 +37,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<CountsInFloats>("after-months", "stands still"),
     planted::<DrawsOtherwise>("ramp", "when drawn"),
     planted::<SharesPrivately>("edge", "when not fused"),
+    planted::<DarkSlice>("black", "not finite"),
 ];
 
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
@@ -62,6 +63,41 @@ macro_rules! faulty {
 }
 
 mod promises;
+
+node_kind! {
+    /// A volume whose last slice divides by its light.
+    pub struct DarkSlice {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("result", PortType::Volume, OutputState::Always(ColorState::Data), "The volume.")
+            .or(Fallback::Absent)];
+}
+
+impl Node for DarkSlice {
+    fn record(&self, pass: &mut Recorder<'_>) {
+        static SHADER: Shader = Shader::new(
+            "dark_slice.wgsl",
+            "@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var result: texture_storage_3d<rgba16float, write>;
+@compute @workgroup_size(8, 8)
+fn dark_slice(@builtin(global_invocation_id) id: vec3u) {
+    let color = texel(source, vec2i(id.xy));
+    let light = color.r + color.g + color.b;
+    textureStore(result, id, select(vec4f(light), vec4f(light / light), id.z == 3));
+}",
+        );
+        let source = pass.image("source");
+        let size = pass.desc(source).size;
+        let desc = ImageDesc::volume(Size::volume(size.width, size.height, 4));
+        let result = pass.output("result", desc);
+        pass.compute(&SHADER, "dark_slice").image("source", source).image("result", result).dispatch([
+            size.width.div_ceil(8),
+            size.height.div_ceil(8),
+            4,
+        ]);
+    }
+}
 
 node_kind! {
     /// Divides by a luminance that may be 0.

@@ -4,7 +4,9 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, nearest, shown};
+use afterimage_base::diagnostic::{
+    Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, is_control, list, nearest, quote, shown,
+};
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value};
 
@@ -267,8 +269,38 @@ fn texts_of_diagnostics_are_of_one_line() {
     diagnostics.push(Diagnostic::error("code", NAME).at(&location, NAME).help(NAME));
     let text = diagnostics.to_string();
     assert!(text.lines().all(|line| !line.starts_with("openjd_fail")), "{text}");
-    assert!(text.chars().all(|c| c == '\n' || !afterimage_base::diagnostic::is_control(c)), "{text:?}");
+    assert!(text.chars().all(|c| c == '\n' || !is_control(c)), "{text:?}");
     assert_eq!(text.matches(escaped).count(), 4, "{text}");
     let json = diagnostics.to_json();
     assert_eq!((&json[0]["message"], &json[0]["labels"][0]["file"]), (&escaped.into(), &NAME.into()));
+}
+
+#[test]
+fn names_in_messages_have_a_length_and_one_line() {
+    for (name, quoted) in [
+        ("a".repeat(48), format!("`{}`", "a".repeat(48))),
+        ("a".repeat(49), format!("`{}…`", "a".repeat(48))),
+        ("é".repeat(50), format!("`{}…`", "é".repeat(48))),
+        (String::new(), "``".to_owned()),
+        ("it's \"so\"\n".to_owned(), "`it's \"so\"\\n`".to_owned()),
+    ] {
+        assert_eq!(quote(&name), quoted);
+    }
+    let names = ["a", "b", "c", "d"];
+    for (count, most, listed) in [
+        (0, 3, ""),
+        (1, 3, "`a`"),
+        (2, 3, "`a` and `b`"),
+        (3, 3, "`a`, `b` and `c`"),
+        (4, 3, "`a`, `b`, `c` and 1 more"),
+        (4, 1, "`a` and 3 more"),
+    ] {
+        assert_eq!(list(names[..count].iter().copied(), most), listed);
+    }
+    // What is shown of any text is the text to a reader of JSON.
+    let text: String = ('\0'..'\u{2100}').filter(|c| !"\"\\".contains(*c)).collect();
+    let line = shown(&text);
+    assert!(!line.contains(is_control), "{line}");
+    let read: serde_json::Value = format!("\"{line}\"").parse().expect("a text of JSON");
+    assert_eq!(read, serde_json::Value::String(text));
 }

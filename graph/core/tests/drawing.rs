@@ -49,6 +49,11 @@ const CLEAR: Load<[f64; 4]> = Load::Clear([0.0; 4]);
 
 /// What recording these passes fails with; empty if it does not.
 fn said(describe: impl FnOnce(&mut Recorder<'_>)) -> String {
+    recorded(describe).err().unwrap_or_default()
+}
+
+/// These passes, or what recording them fails with.
+fn recorded(describe: impl FnOnce(&mut Recorder<'_>)) -> Result<Recording, String> {
     let kind = NodeKind::of::<Canvas>();
     let (caps, mut recording) = (Caps::default(), Recording::default());
     let context = RecorderContext {
@@ -66,8 +71,8 @@ fn said(describe: impl FnOnce(&mut Recorder<'_>)) -> String {
     };
     let mut recorder = Recorder::new(context, &mut recording);
     match catch_unwind(AssertUnwindSafe(|| describe(&mut recorder))) {
-        Ok(()) => String::new(),
-        Err(panic) => panic.downcast_ref::<String>().cloned().unwrap_or_else(|| "no message".into()),
+        Ok(()) => Ok(recording),
+        Err(panic) => Err(panic.downcast_ref::<String>().cloned().unwrap_or_else(|| "no message".into())),
     }
 }
 

@@ -24,3 +24,41 @@ fn what_a_sampler_filters_is_in_bands_only_where_that_is_allowed() {
     };
     assert_eq!([true, false].map(is_in_bands), [true, false]);
 }
+
+/// Rows that a host wants alone, such as a crop: the bands have them all, once, and no more than whole workgroups.
+#[test]
+fn bands_have_the_rows_that_are_wanted() {
+    let text = r#"Pipeline(
+        inputs: { "scene": DisplayLinear },
+        nodes: { "shown": Encode(source: "scene"), "smooth": Fxaa(source: "shown") },
+        outputs: { "display": "smooth" },
+    )"#;
+    let plan = plan_images(&checked(text), Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let height = plan.image(plan.outputs[0].image).desc.size.height;
+    let last = height - 1;
+    for wanted in [
+        None,
+        Some([0, height]),
+        Some([0, 1]),
+        Some([100, 101]),
+        Some([100, 180]),
+        Some([last, height]),
+        Some([last, u32::MAX]),
+        Some([height, height + 9]),
+        Some([height + 9, u32::MAX]),
+    ] {
+        let (bytes, parts, host) = (8 << 20, None, HostLimits::NONE);
+        let limits =
+            BandLimits { bytes, taken: 0, block: 0, side: 4096, filters: true, least: 4, parts, rows: wanted, host };
+        let banding = plan.banding(limits, &Halos::default(), &Requirement::typical);
+        let banding = banding.unwrap_or_else(|error| panic!("{wanted:?}: {error}"));
+        let bands = banding.sweeps.iter().flat_map(|sweep| &sweep.bands);
+        let rows: Vec<_> = bands.flat_map(|band| &band.outputs).map(|(_, rows)| rows.clone()).collect();
+        assert!(rows.windows(2).all(|pair| pair[0].end == pair[1].start), "{wanted:?}: {rows:?}");
+        let (first, end) = (rows[0].start, rows[rows.len() - 1].end);
+        // There are none below the picture.
+        let [least, most] = wanted.unwrap_or([0, height]).map(|row| row.min(height));
+        assert!(first <= least && end >= most, "{wanted:?}: {rows:?}");
+        assert!(least - first < 32 && end - most < 32, "{wanted:?}: {rows:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! The contract with code generation: the built-in kinds keep it, and what it finds beyond declarations.
 
 use afterimage_graph::prelude::*;
-use afterimage_plan::contract;
+use afterimage_plan::{contract, modules};
 
 #[test]
 fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
@@ -80,4 +80,17 @@ fn workgroup_memory_is_within_what_every_device_has() {
     let complaints = contract(&[NodeKind::of::<Hoard>()]).expect_err("it has too much").join("\n");
     let memory = "the pass `hoard` has 16400 bytes of workgroup memory; the limit of a device may be 16384";
     assert!(complaints.contains(memory), "{complaints}");
+}
+
+/// Devices without optional features have no immediates.
+#[test]
+fn modules_for_other_validators_are_all_of_them_without_immediates() {
+    let of_time = ["FilmGrain", "Dither", "Glitch"];
+    let kinds: Vec<NodeKind> =
+        afterimage_nodes::ALL.iter().filter(|kind| of_time.contains(&kind.name())).cloned().collect();
+    let found = modules(&kinds);
+    let entries = |words: &str| found.iter().filter(|source| source.contains(words)).count();
+    assert!(kinds.len() == 3 && found.len() > 10, "{} modules of {} kinds", found.len(), kinds.len());
+    assert_eq!(entries("var<immediate>"), 0);
+    assert!(entries("frame") > 0, "the time is that of a uniform");
 }

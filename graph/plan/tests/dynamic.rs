@@ -205,6 +205,64 @@ fn a_node_that_says_other_things_of_a_pass_is_looked_up_again() {
     }
 }
 
+static FORMS: Shader = Shader::new(
+    "forms.wgsl",
+    "struct Forms { form: f32 }
+const FORMS_TWICE = false;
+fn forms(source: vec4f, params: Forms) -> vec4f {
+    return source * params.form * select(1.0, 2.0, FORMS_TWICE);
+}
+fn forms_other(source: vec4f, params: Forms) -> vec4f { return source + params.form; }",
+);
+
+node_kind! {
+    /// Each whole number is a pass that differs from all others in one thing.
+    pub struct Forms {
+        /// The number.
+        pub form: f32 = 0.0 => within(0.0..=5.0);
+    }
+
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The image."), Input::image("other", "An image of the same size.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The result.").or_input("source")];
+}
+
+impl Node for Forms {
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let (source, other) = (pass.image("source"), pass.image("other"));
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let form = self.form.round() as u32;
+        let call = pass.function(&FORMS, if form == 1 { "forms_other" } else { "forms" });
+        let call = if form == 2 { call.label("forms of its own") } else { call };
+        let call = if form == 3 { call.read("source", other) } else { call };
+        let call = if form == 4 { call.define("FORMS_TWICE", true) } else { call };
+        call.write("result", if form == 5 { desc.format(Format::Rgba32Float) } else { desc });
+    }
+}
+
+/// From each form to each other one, and back.
+#[test]
+fn a_pass_that_differs_in_one_thing_needs_another_plan() {
+    let text = r#"Pipeline(inputs: { "scene": Color, "other": Color }, outputs: { "display": "forms" },
+        nodes: { "forms": Forms(source: "scene", other: "other") })"#;
+    let document = parse("forms.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = Registry::new(&[&[NodeKind::of::<Forms>()]]).expect("one kind");
+    let (mut graph, _) =
+        check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    let form = graph.parameter("forms.form").unwrap();
+    for first in 0..6 {
+        graph.nodes[form.node].instance.set(form.index, Value::Float(f64::from(first)));
+        let mut moving = planned(&graph, &BTreeSet::from([form]), &[]);
+        for next in 0..6 {
+            let mut changed = graph.clone();
+            changed.nodes[form.node].instance.set(form.index, Value::Float(f64::from(next)));
+            let outcome = moving.dynamic.uniforms(form.node, &changed.nodes[form.node].instance, &mut |_, _| ());
+            assert_eq!(outcome, if first == next { Ok(()) } else { Err(NeedsPlan) }, "from {first} to {next}");
+        }
+    }
+}
+
 #[test]
 fn a_parameter_is_found_by_its_name_and_near_names_are_suggested() {
     let graph = checked(LOOK);

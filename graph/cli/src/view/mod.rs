@@ -121,10 +121,12 @@ impl From<Problem> for Failure {
 
 #[cfg(test)]
 mod tests {
+    use afterimage_media::{Encoding, Picture, Pixels, write_image};
+    use afterimage_view::InputData;
     use clap::Parser as _;
 
     use super::*;
-    use crate::args::{Arguments, Command};
+    use crate::args::{Arguments, Command, KindOptions};
 
     #[test]
     fn an_image_to_look_at_may_stand_before_the_pipeline_or_alone() {
@@ -142,5 +144,48 @@ mod tests {
             let found = (args.pipeline.as_deref(), args.input.as_deref());
             assert_eq!(found, (pipeline.map(Path::new), image), "{words:?}");
         }
+    }
+
+    fn view(words: &[&str]) -> ViewArgs {
+        let arguments = Arguments::try_parse_from([&["afterimage", "view"], words].concat()).expect("it is valid");
+        let Command::View(args) = arguments.command else { panic!("it is another command") };
+        args
+    }
+
+    /// Frames 3, 4 and 5 of a sequence, of a red that is brighter in each.
+    #[test]
+    fn a_sequence_has_its_numbers_and_the_options_of_the_command_line() {
+        let folder = std::env::temp_dir().join(format!("afterimage-view-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        for number in [3_u8, 4, 5] {
+            let pixels = Pixels::Float([f32::from(number), 0.0, 0.0, 1.0].repeat(6));
+            let path = folder.join(format!("shot.{number}.exr"));
+            write_image(&path, &Picture::new(3, 2, pixels), &Encoding::EXR).expect("it is written");
+        }
+        let name = folder.join("shot.#.exr").to_string_lossy().into_owned();
+        let scene = read_document(Path::new("exposure")).expect("it is built in");
+        let registry = registry(&[afterimage_nodes::ALL], &KindOptions::default(), None).expect("the built-in kinds");
+        let files = Files::of(Path::new("exposure"), &KindOptions::default());
+        let options = PipelineOptions::default();
+        let (graph, _) = PipelineFile::new(&scene, &registry, &files).check(&options).expect("it is good");
+        // Red of ACEScg in Rec.709, from D60 to D65 (S-2014-004 and Rec.709 by Bradford's cones).
+        for (words, fps, red) in [
+            (&[][..], 24.0, [1.0, 0.0, 0.0]),
+            (&["--fps", "12.5"], 12.5, [1.0, 0.0, 0.0]),
+            (&["--fps", "59.94", "--input-space", "ACEScg"], f64::from(59.94_f32), [1.7051, -0.1303, -0.0240]),
+        ] {
+            let mut file = Opener::new(&view(words), &[afterimage_nodes::ALL]).input(&name).expect("it is there");
+            assert_eq!((&*file.name, &*file.numbers, file.fps), (&*name, &[3, 4, 5][..], fps));
+            for (index, number) in [3.0, 4.0, 5.0].into_iter().enumerate() {
+                let data = (file.read)(&graph.inputs[0], index).unwrap_or_else(|_| panic!("frame {number} is read"));
+                let InputData::Image(picture, desc) = data else { panic!("it is an image") };
+                assert_eq!((desc.size.width, desc.size.height), (3, 2));
+                let found = picture.pixel(1, 1);
+                let is_close = red.iter().zip(found).all(|(red, found)| (number * red - found).abs() < 0.01);
+                assert!(is_close, "{words:?}, frame {number}: {found:?}");
+            }
+            assert!(!(file.have_changed)());
+        }
+        std::fs::remove_dir_all(&folder).expect("it is ours");
     }
 }

@@ -192,12 +192,16 @@ impl Connector<'_> {
         text: &Spanned<String>,
         depth: usize,
     ) -> Option<Found> {
-        let outputs = &self.drafted.scopes[inner].outputs;
+        let Scope { outputs, is_partial, names, .. } = &self.drafted.scopes[inner];
         let output = match wire.port {
             None => outputs.first(),
             Some(port) => outputs.iter().find(|output| output.name.value == port),
         };
         let Some(OutputEntry { source: inside, .. }) = output.cloned() else {
+            // It may be in what is lost of a file that is broken.
+            if *is_partial || wire.port.is_some_and(|port| matches!(names.get(port), Some(Named::Broken))) {
+                return None;
+            }
             let names: Vec<&str> = outputs.iter().map(|output| output.name.value.as_str()).collect();
             let help = format!("its outputs are {}", list(names.iter().copied(), 8));
             let message =

@@ -134,7 +134,9 @@ impl<'a> Expansion<'a> {
             self.drafted.scopes[scope].inputs.push((input.clone(), feed));
             self.drafted.scopes[scope].names.insert(input.name.value.clone(), Named::Input(at));
         }
-        for (name, _) in ports.values() {
+        // One of a file that is broken may be in what is lost.
+        let is_lost = |name: &String| document.is_partial || document.unread.contains(name);
+        for (name, _) in ports.values().filter(|(name, _)| !is_lost(&name.value)) {
             let known = || document.inputs.iter().map(|input| input.name.value.as_str());
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));

@@ -1,10 +1,10 @@
 //! Ranges and blends of drawing passes: what is said of those that do not fit.
 
 use afterimage_graph::node::{
-    Blend, BufferLife, DrawPass, DrawRange, IndirectDraws, Recorder, VertexFormat, WriteMask,
+    Arg, Blend, BufferLife, DrawPass, DrawRange, IndirectDraws, Recorder, Subresource, VertexFormat, WriteMask,
 };
 
-use super::{CLEAR, SHADER, desc, draw, image, said};
+use super::{CLEAR, SHADER, desc, draw, image, recorded, said};
 
 const FORMATS: &[VertexFormat] = &[VertexFormat::Float32x3, VertexFormat::Uint32];
 
@@ -112,4 +112,31 @@ fn a_blend_belongs_to_the_attachment_before_it() {
         said(|pass| pass.draw(&SHADER, "alone").fragment("plain").writes(WriteMask::COLOR).record(3, 1)),
         message
     );
+}
+
+#[test]
+fn a_draw_reads_the_image_or_the_level_that_it_is_given() {
+    let described = recorded(|pass| {
+        let (whole, part) = (image(pass, "whole", desc()), image(pass, "part", desc().with_levels(3)));
+        for image in [Subresource::from(whole), part.level(0)] {
+            pass.clear("first").color(image, CLEAR).record();
+        }
+        pass.clear("second").color(part.level(2), CLEAR).record();
+        for (label, part) in [("of_whole", None), ("of_part", Some(part.level(2)))] {
+            let color = image(pass, label, desc());
+            let draw = pass.draw(&SHADER, "alone").fragment("see").label(label).color(color, CLEAR);
+            match part {
+                None => draw.image("seen", whole).record(3, 1),
+                Some(part) => draw.level("seen", part).record(3, 1),
+            }
+        }
+    });
+    let described = described.unwrap_or_else(|error| panic!("{error}"));
+    let seen = |label: &str| {
+        let pass = described.passes.iter().find(|pass| pass.label == label).expect("it is recorded");
+        pass.kernels.iter().flat_map(|kernel| &kernel.args).find(|arg| arg.name == "seen").expect("it reads it").value
+    };
+    let Arg::Texture(whole) = seen("of_whole") else { panic!("{:?} is no image", seen("of_whole")) };
+    let Arg::Level(part) = seen("of_part") else { panic!("{:?} is no level", seen("of_part")) };
+    assert!(part.image != whole && (part.level, part.layer) == (2, 0), "{part:?}");
 }

@@ -62,6 +62,9 @@ const DEEP: &str = r#"Pipeline(inputs: { "in": Color }, nodes: { "kept": Tint(so
 const IDLE: &str = r#"Pipeline(inputs: { "in": Color, "more": Color(optional: true) },
     nodes: { "a": Tint(source: "in") }, outputs: { "out": "a" })"#;
 
+/// Neither its input nor its output can be read.
+const UNREAD: &str = r#"Pipeline(inputs: { "in": "Color" }, nodes: {}, outputs: { "out": 3 })"#;
+
 /// A pipeline with an input, nodes, an output and further sections.
 fn pipeline(nodes: &str, output: &str, more: &str) -> String {
     format!(r#"Pipeline(inputs: {{ "s": Color }}, nodes: {{ {nodes} }}, outputs: {{ "d": "{output}" }}, {more})"#)
@@ -210,6 +213,19 @@ fn each_mistake_is_reported_once_where_it_is_and_with_what_helps() {
             ],
         ),
         (
+            pipeline(
+                r#""e": Exposure(source: "s"), "g": Pipeline(file: "bloom.ron", source: "e")"#,
+                "g",
+                r#"set: { "g/bright.source": "s" }"#,
+            ),
+            [
+                "unknown-field",
+                "g/bright.source",
+                "`source` is a port inside a pipeline, whose wires cannot be set",
+                "wire the inputs of that pipeline, or write the node anew in a file that `extends` it",
+            ],
+        ),
+        (
             pipeline(r#""a": Tint(source: "s", when: "dark")"#, "a", "facts: {}"),
             ["unknown-fact", "dark", "no fact is called `dark`", "the section `facts` is empty"],
         ),
@@ -300,6 +316,32 @@ fn what_is_nearly_wrong_is_right() {
 /// The codes that are reported.
 fn codes(files: &Files, text: &str) -> Vec<String> {
     files.told(text).into_iter().map(|[code, ..]| code).collect()
+}
+
+/// What is wrong because of a mistake elsewhere is not reported.
+#[test]
+fn a_mistake_has_no_errors_as_its_consequences() {
+    let files = Files::of(&[("bloom.ron", BLOOM), ("broken.ron", "Pipeline("), ("unread.ron", UNREAD)]);
+    let facts = r#"facts: { "dark": "-" }"#;
+    for (nodes, output, more, wanted) in [
+        // A fact of an unknown name is asked for as a flag and as a number.
+        (
+            r#""a": Tint(source: "s", when: "zyx"), "b": Tint(source: "a", when: "zyx < 1")"#,
+            "b",
+            facts,
+            &["unknown-fact"; 2][..],
+        ),
+        (r#""a": Zyx(source: "s", much: 3), "b": Tint(source: "a")"#, "b", "", &["unknown-kind"]),
+        (r#""a": Zyx(source: "s")"#, "a", r#"set: { "a.much": 3 }"#, &["unknown-kind"]),
+        (r#""a": Tint(source: "zyx"), "b": Tint(source: "a")"#, "b", "", &["unknown-name"]),
+        (r#""a": Pipeline(file: "none.ron", source: "s"), "b": Tint(source: "a.glow")"#, "b", "", &["unreadable-file"]),
+        (r#""a": Pipeline(file: "broken.ron", source: "s"), "b": Tint(source: "a.glow")"#, "b", "", &["syntax"]),
+        (r#""a": Pipeline(file: "unread.ron", in: "s"), "b": Tint(source: "a.out")"#, "b", "", &["wrong-shape"; 2]),
+        (r#""a": Exposure(source: "s", stops: "much"), "b": Tint(source: "a")"#, "b", "", &["wrong-type"]),
+    ] {
+        let text = pipeline(nodes, output, more);
+        assert_eq!(codes(&files, &text), wanted, "{text}: {:?}", files.told(&text));
+    }
 }
 
 #[test]

@@ -363,3 +363,25 @@ fn errors_of_a_shader_name_types_and_code() {
     assert!(reported.contains("`vec4<f32>`") && reported.contains("`source.rgb * params.levels`"), "{reported}");
     assert!(!reported.contains("Some("), "{reported}");
 }
+
+/// Every name of the declaration and of the shader that is nearly one that is known.
+#[test]
+fn a_slip_of_a_name_is_answered_with_the_name_that_is_meant() {
+    let of_wires = "[DisplayLinear]),\n        \"mask\"";
+    for (declared, shader, meant) in [
+        (DECLARATION.to_owned(), SHADER.replace("fn posterize(", "fn posterise("), "posterise"),
+        (
+            DECLARATION.to_owned(),
+            SHADER.replace("levels: f32", "level: f32").replace("params.levels", "params.level"),
+            "levels",
+        ),
+        (DECLARATION.to_owned(), SHADER.replace("params.levels -", "parms.levels -"), "params"),
+        (DECLARATION.replace("parameters:", "paramters:"), SHADER.to_owned(), "parameters"),
+        (DECLARATION.replace("default:", "defult:"), SHADER.to_owned(), "default"),
+        (DECLARATION.replace(of_wires, &of_wires.replace("Display", "Dispaly")), SHADER.to_owned(), "DisplayLinear"),
+        (DECLARATION.replace("Same(\"source\")", "Same(\"sorce\")"), SHADER.to_owned(), "source"),
+    ] {
+        let reported = reported(&declared, &shader);
+        assert!(reported.contains(&format!("did you mean `{meant}`?")), "{meant}:\n{reported}");
+    }
+}

@@ -42,7 +42,7 @@ struct Declared {
     inputs: Vec<Input>,
     outputs: Vec<Output>,
     record: fn(&Values, &mut Recorder<'_>),
-    identity: fn(&Values, &InputValues) -> bool,
+    identity: fn(&Values, &str, &InputValues) -> bool,
 }
 
 /// A node of the kind at its values.
@@ -70,8 +70,8 @@ impl Kind for Declared {
 }
 
 impl Node for Values {
-    fn identity_of(&self, _: &str, inputs: &InputValues) -> bool {
-        (self.1.identity)(self, inputs)
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
+        (self.1.identity)(self, output, inputs)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         (self.1.record)(self, pass);
@@ -109,7 +109,7 @@ fn good() -> Declared {
         ],
         outputs: vec![Output::image("result", OutputState::same("source"), "An image.").or_input("source")],
         record: plain,
-        identity: |_, _| false,
+        identity: |_, _, _| false,
     }
 }
 
@@ -339,9 +339,18 @@ const RECORDED: &[(&str, Change)] = &[
             plain(values, pass);
         };
     }),
-    ("nothing but fallbacks", |d| d.identity = |_, _| true),
-    ("a fallback at the default alone", |d| d.identity = |values, _| values.0[0] == Value::Float(0.5)),
-    ("an identity by no input", |d| d.identity = |_, inputs| inputs.is_absent("elsewhere")),
+    ("nothing but fallbacks", |d| d.identity = |_, _, _| true),
+    ("a fallback at the default alone", |d| d.identity = |values, _, _| values.0[0] == Value::Float(0.5)),
+    ("an identity by no input", |d| d.identity = |_, _, inputs| inputs.is_absent("elsewhere")),
+    ("one fallback of two outputs, and a buffer that is too large", |d| {
+        with_buffer(d, value(OutputState::Nothing));
+        d.identity = |_, output, _| output == "result";
+        d.record = |values, pass| {
+            plain(values, pass);
+            let buffer = pass.add_buffer("large", (128 << 20) + 1, BufferLife::Frame);
+            pass.set_output("other", InputValue::Buffer(buffer));
+        };
+    }),
     ("a buffer of the largest size", |d| {
         d.record = |values, pass| {
             plain(values, pass);

@@ -127,3 +127,64 @@ fn what_is_cut_short_or_for_a_printer_is_refused() {
     let message = "this JPEG is for a printer (CMYK), without a profile that states its colors";
     assert_eq!((error.kind, &*error.message), (ErrorKind::Unsupported, message));
 }
+
+/// The profile of a printer (ICC.1:2022, 10.11): the lightness of paper is 100, cyan alone leaves 40 of it, magenta and
+/// yellow 60 and 80, and black none; inks multiply.
+fn of_printer() -> Vec<u8> {
+    let curve: Vec<u8> = (0..=255).collect();
+    let mut tag = [&b"mft1\0\0\0\0\x04\x03\x02\0"[..], &[0; 36]].concat();
+    // The matrix, of which only that of XYZ counts, is the identity.
+    [12, 28, 44].into_iter().for_each(|at| tag[at + 1] = 1);
+    tag.extend(curve.repeat(4));
+    for corner in 0..16 {
+        let shares = [(8, 0.4), (4, 0.6), (2, 0.8), (1, 0.0)];
+        let lightness: f64 = shares.iter().map(|(ink, share)| if corner & ink == 0 { 1.0 } else { *share }).product();
+        tag.extend([(255.0 * lightness).round() as u8, 128, 128]);
+    }
+    tag.extend(curve.repeat(3));
+    let word = |number: usize| (number as u32).to_be_bytes();
+    let mut profile = vec![0; 128];
+    profile[..4].copy_from_slice(&word(144 + tag.len()));
+    profile[8..24].copy_from_slice(b"\x02\x40\0\0prtrCMYKLab ");
+    profile[36..40].copy_from_slice(b"acsp");
+    profile[68..80].copy_from_slice(&[0, 0, 0xf6, 0xd6, 0, 1, 0, 0, 0, 0, 0xd3, 0x2d]);
+    [profile, word(1).to_vec(), b"A2B0".to_vec(), word(144).to_vec(), word(tag.len()).to_vec(), tag].concat()
+}
+
+/// Adobe's programs store 255 for no ink, and mark that with a segment; without it, 255 is all of an ink (libjpeg).
+#[test]
+fn inks_are_what_they_are_however_they_are_stored() {
+    let of_inks = |color: ColorType, inks: [u8; 4], is_marked: bool| {
+        let mut file = Vec::new();
+        let mut encoder = Encoder::new(&mut file, 100);
+        encoder.add_icc_profile(&of_printer()).unwrap();
+        encoder.encode(&inks.repeat(64), 8, 8, color).unwrap();
+        if !is_marked {
+            let at = file.windows(9).position(|bytes| bytes.starts_with(&[0xff, 0xee]) && bytes.ends_with(b"Adobe"));
+            let at = at.expect("the encoder marks it");
+            let length = usize::from(u16::from_be_bytes([file[at + 2], file[at + 3]]));
+            file.drain(at..at + 2 + length);
+        }
+        let [red, green, blue, alpha] = read(&file).unwrap().pixel(4, 4);
+        assert!((red - green).abs().max((green - blue).abs()) < 0.02 && alpha == 1.0, "{inks:?}: {red} {green} {blue}");
+        green
+    };
+    for (inks, lightness) in [
+        ([0; 4], 100.0),
+        ([255, 0, 0, 0], 40.0),
+        ([0, 255, 0, 0], 60.0),
+        ([0, 0, 255, 0], 80.0),
+        ([255, 255, 0, 0], 24.0),
+        ([0, 0, 0, 255], 0.0),
+        ([0, 0, 0, 51], 80.0),
+    ] {
+        // The luminance of a lightness (CIE 15).
+        let expected = if lightness > 8.0 { ((lightness + 16.0_f32) / 116.0).powi(3) } else { lightness / 903.3 };
+        let stored = [
+            of_inks(ColorType::Cmyk, inks, true),
+            of_inks(ColorType::CmykAsYcck, inks, true),
+            of_inks(ColorType::Cmyk, inks.map(|ink| 255 - ink), false),
+        ];
+        assert!(stored.iter().all(|found| (found - expected).abs() < 0.02), "{inks:?}: {stored:?} is not {expected}");
+    }
+}

@@ -164,7 +164,9 @@ impl BandParts<'_> {
             for output in self.banded.outputs(*pass) {
                 let made = self.banded.made(*pass, self.banded.plan.outputs[output].image.0 as usize, &own);
                 let [first, end] = self.banded.limits.rows.unwrap_or([0, u32::MAX]);
-                band.outputs.push((output, made.start.max(first)..made.end.min(end)));
+                let start = made.start.max(first);
+                // Rows that are wanted of below the picture are none.
+                band.outputs.push((output, start.min(made.end)..made.end.min(end)));
             }
         }
         let mut known = part.known.clone();
