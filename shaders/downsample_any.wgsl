@@ -20,16 +20,18 @@ struct DownsampleAny {
 }
 
 fn downsample_any_at(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> DownsampleAny {
-    let size = textureDimensions(source);
-    let result = vec2u(at.size);
-    let halves = (2u * vec2u(at.pixel) + 1u) * size;
-    let base = halves / (2u * result);
-    let center = vec2f(halves - base * 2u * result) / (2.0 * at.size);
+    let size = vec2i(textureDimensions(source));
+    // Half of a side is rounded down: one texel is more than twice the result, or none, or one is missing if the side is
+    // a single texel. So whole numbers need not be divided, which takes longer than all else here.
+    let more = size - 2 * vec2i(at.size);
+    let odd = 2 * at.pixel + 1;
+    let base = select(odd, vec2i(), more < vec2i());
+    let center = select(vec2f(odd * more) / (2.0 * at.size), vec2f(0.5), more < vec2i());
     let beyond = 1e6 * params.edge;
     let low = -vec2f(base) - beyond;
     let high = vec2f(size - base) + beyond;
     let scale = vec2f(size) / at.size;
-    return DownsampleAny(vec2i(base), center, scale, vec2f(low.x, high.x), vec2f(low.y, high.y));
+    return DownsampleAny(base, center, scale, vec2f(low.x, high.x), vec2f(low.y, high.y));
 }
 
 // The first texel that a filter reaches, and the first one beyond it.
@@ -195,20 +197,22 @@ fn downsample_any_wide_along(first: f32, center: f32, scale: f32, ends: vec2f) -
     return downsample_any_taps(first, below, ends);
 }
 
-// The mean of five boxes of a texel of the result, half such a texel apart, with the weights 1 4 6 4 1.
-fn downsample_any_below_binomial(at: vec4f, center: f32, scale: f32) -> vec4f {
-    let half = 0.5 * scale;
-    let inner = downsample_any_below(at, center - half, scale) + downsample_any_below(at, center + half, scale);
-    let outer = downsample_any_below(at, center - scale, scale) + downsample_any_below(at, center + scale, scale);
-    return 0.375 * downsample_any_below(at, center, scale) + 0.25 * inner + 0.0625 * outer;
+// The mean of five boxes of a texel of the result, half such a texel apart, with the weights 1 4 6 4 1. `inverse` is 1
+// over the texels of the source in one of the result.
+fn downsample_any_below_binomial(at: vec4f, center: f32, inverse: f32) -> vec4f {
+    let place = (at - center) * inverse;
+    let inner = saturate(place) + saturate(place + 1.0);
+    let outer = saturate(place - 0.5) + saturate(place + 1.5);
+    return 0.375 * saturate(place + 0.5) + 0.25 * inner + 0.0625 * outer;
 }
 
 fn downsample_any_binomial_along(first: f32, center: f32, scale: f32, ends: vec2f) -> DownsampleAnyTaps {
     let pairs = downsample_any_pairs(first);
+    let inverse = 1.0 / scale;
     let below = DownsampleAnyPairs(
         0.0,
-        downsample_any_below_binomial(pairs + 1.0, center, scale),
-        downsample_any_below_binomial(pairs + 2.0, center, scale),
+        downsample_any_below_binomial(pairs + 1.0, center, inverse),
+        downsample_any_below_binomial(pairs + 2.0, center, inverse),
     );
     return downsample_any_taps(first, below, ends);
 }

@@ -54,13 +54,13 @@ node_kind! {
     /// that. Results are limited to 65504. Alpha passes unchanged.
     ///
     /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
-    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was within a pixel in that frame.
-    /// So an outlier of one frame goes, and a light of one pixel stays if it moves by less than a pixel per frame. At
-    /// any speed, sparks that are drawn with their share of each pixel keep 95 % of their glow, and rain all of it.
-    /// Sparks that are drawn on whole pixels have a tenth from three pixels per frame on: renderers whose light has no
-    /// fireflies set `Keep`. Without a previous frame, as in the first of a sequence, after a cut and in a single
-    /// image, nothing shows that a light was not there, and all stay. Without `before`, only the neighbors count, and
-    /// lights of one pixel get little bloom.
+    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was near in that frame: a light
+    /// stays that is at most twice as bright as the brightest within seven pixels. So most outliers of one frame go,
+    /// and rain, stars and sparks stay that move by up to seven pixels per frame, or are drawn with their share of each
+    /// pixel at any speed. Sparks that are drawn on whole pixels have a fifth of their glow at twelve pixels per frame:
+    /// renderers whose light has no fireflies set `Keep`. Without a previous frame, as in the first of a sequence,
+    /// after a cut and in a single image, nothing shows that a light was not there, and all stay. Without `before`,
+    /// only the neighbors count, and lights of one pixel get little bloom.
     pub struct Extract {
         /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;

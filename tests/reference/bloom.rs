@@ -146,23 +146,16 @@ pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image 
         let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
         let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
         let past = before.map_or(0.0, |before| {
-            let cell = |at: i64, side: usize| (at.max(0) / 2).min((side as i64 - 1) / 2);
-            let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
-            let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
-            let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
-            cells.map(|(i, j)| peak(before, i, j)).fold(0.0, f64::max)
+            // Whole squares of 2x2 pixels.
+            let near = |at: i64| (at - 7).div_euclid(2) * 2..(at - 7).div_euclid(2) * 2 + 16;
+            let places = near(y).flat_map(|j| near(x).map(move |i| (i, j)));
+            places.filter(|&(i, j)| inside(i, j)).map(|(i, j)| bright(before, i, j)).fold(0.0, f64::max)
         });
-        let (limit, own) = (4.0 * near.fold(past, f64::max), bright(image, x, y));
+        let (limit, own) = ((4.0 * near.fold(0.0, f64::max)).max(2.0 * past), bright(image, x, y));
         let [r, g, b, a] = image.texel(x, y);
         let factor = if own <= limit || image.pixels.len() == 1 { 1.0 } else { limit / own };
         [r * factor, g * factor, b * factor, a]
     })
-}
-
-/// The largest channel of the 2x2 pixels of a cell.
-fn peak(image: &Image, i: i64, j: i64) -> f64 {
-    let places = (2 * j..2 * j + 2).flat_map(|y| (2 * i..2 * i + 2).map(move |x| (x, y)));
-    places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
 }
 
 /// The glare of a color that the exponential curve has mapped.
