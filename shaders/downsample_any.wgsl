@@ -21,8 +21,8 @@ struct DownsampleAny {
 
 fn downsample_any_at(source: texture_2d<f32>, at: Point, params: DownsampleAnyBorder) -> DownsampleAny {
     let size = vec2i(textureDimensions(source));
-    // Half of a side is rounded down: one texel is more than twice the result, or none, or one is missing if the side is
-    // a single texel. So whole numbers need not be divided, which takes longer than all else here.
+    // Half of a side is rounded down: the source has one texel more than twice the result, or none, or one less if the
+    // side is a single texel. So whole numbers need not be divided, which takes longer than all else here.
     let more = size - 2 * vec2i(at.size);
     let odd = 2 * at.pixel + 1;
     let base = select(odd, vec2i(), more < vec2i());

@@ -150,11 +150,6 @@ fn histogram_sound(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     return max(brightest(rgb), 0.0);
 }
 
-// The same of a pixel that is sanitized.
-fn histogram_count_sanitized(pixel: vec2i, size: vec2u) -> f32 {
-    return histogram_count(texel_inside(source, pixel).rgb, pixel, size);
-}
-
 // The bin of a luminance: never 0.
 fn histogram_bin(light: f32) -> u32 {
     let place = (log2(max(light, 1e-37)) - params.lo) * params.bins_per_stop;

@@ -13,6 +13,7 @@
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
+//! | [`shaders`] | is there a function of the shared shaders that nothing calls? |
 //! | [`unsafes`] | which code is `unsafe`, and why? |
 //! | [`versions`] | do documents state the versions and features of the manifests? |
 
@@ -30,6 +31,7 @@ mod paths;
 pub mod places;
 pub mod promises;
 mod scopes;
+pub mod shaders;
 pub mod stages;
 pub mod tokens;
 pub mod unsafes;

@@ -5,7 +5,7 @@ use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
 use afterimage_tidy::{
-    calls, documents, files, layers, licenses, opens, packages, places, promises, stages, unsafes, versions,
+    calls, documents, files, layers, licenses, opens, packages, places, promises, shaders, stages, unsafes, versions,
 };
 
 #[track_caller]
@@ -51,6 +51,11 @@ fn files_are_narrow_and_described() {
 fn files_are_opened_in_one_place() {
     let workspace = Workspace::this();
     assert_none(&opens::violations(&workspace, &files::of_product(&workspace)));
+}
+
+#[test]
+fn functions_of_shaders_are_called() {
+    assert_none(&shaders::unused_functions(&Workspace::this()));
 }
 
 #[test]

@@ -93,7 +93,7 @@ impl Halving {
         (is_half && is_half_float && is_large).then_some(Self { number, source, result, by, odd })
     }
 
-    /// Whether rows take less time than texture units where the source is stored.
+    /// Returns whether rows take less time than texture units where the source is stored.
     fn gains(&self, recording: &Recording) -> bool {
         self.by.reach >= WIDE && recording.image(self.result).desc.size.texels() >= MIN_TEXELS_OF_STORED
     }
