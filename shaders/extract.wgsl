@@ -73,7 +73,7 @@ fn extract_around(source: texture_2d<f32>, p: vec2i) -> f32 {
     return around;
 }
 
-// What is no brighter than this many times something near it in the frame before is a light that moves.
+// A light that is at most this many times as bright as something near it in the frame before is known, and stays.
 const EXTRACT_KNOWN: f32 = 2.0;
 
 // The bits of the largest of four peaks in a row. Bits of floats at or above 0 have the order of integers, and those of
@@ -86,8 +86,8 @@ fn extract_four(before: texture_2d<f32>, x: vec4i, y: i32) -> u32 {
 }
 
 // The largest channel within seven pixels of a place in the frame before, from the peaks of 2x2 pixels: of 8x8. Few
-// pixels need it. The loop ends at a number that is not constant, because written out it would take registers from all
-// pixels; in a row of peaks none waits for another.
+// pixels need it. The loop ends at a number that is not constant: written out, frames take longer. In a row of peaks
+// none waits for another.
 fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
     let zero = min(p.x, 0);
     let first = (p - 7) >> vec2u(1u);

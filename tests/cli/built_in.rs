@@ -61,7 +61,7 @@ fn a_built_in_pipeline_is_not_written_through_a_link() {
 #[test]
 fn completions_know_the_commands() {
     let folder = Folder::new("completions");
-    // The words by which each shell is told of a script.
+    // The command of each shell that registers completions.
     for (shell, words) in [
         ("bash", "complete -F"),
         ("zsh", "#compdef afterimage"),

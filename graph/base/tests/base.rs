@@ -297,7 +297,7 @@ fn names_in_messages_have_a_length_and_one_line() {
     ] {
         assert_eq!(list(names[..count].iter().copied(), most), listed);
     }
-    // What is shown of any text is the text to a reader of JSON.
+    // A reader of JSON reads any text as it was.
     let text: String = ('\0'..'\u{2100}').filter(|c| !"\"\\".contains(*c)).collect();
     let line = shown(&text);
     assert!(!line.contains(is_control), "{line}");

@@ -2,19 +2,24 @@
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
-use afterimage_plan::{BandLimits, Halos, HostLimits, Options, Requirement};
+use afterimage_plan::{BandLimits, Halos, HostLimits, Options, Plan, Requirement};
 
 use super::support::{all_formats, checked, plan_images};
 
-/// The sampler of a graphics card rounds places in a texture of fewer rows in other ways than in one of the image.
-#[test]
-fn what_a_sampler_filters_is_in_bands_only_where_that_is_allowed() {
+/// A plan that filters an image of its own.
+fn smoothed() -> Plan {
     let text = r#"Pipeline(
         inputs: { "scene": DisplayLinear },
         nodes: { "shown": Encode(source: "scene"), "smooth": Fxaa(source: "shown") },
         outputs: { "display": "smooth" },
     )"#;
-    let plan = plan_images(&checked(text), Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    plan_images(&checked(text), Format::Rgba16Float, Facts::default(), all_formats(), Options::default())
+}
+
+/// The sampler of a graphics card rounds places in a texture of fewer rows in other ways than in one of the image.
+#[test]
+fn what_a_sampler_filters_is_in_bands_only_where_that_is_allowed() {
+    let plan = smoothed();
     let shown = plan.images.iter().position(|image| image.label == "shown.result").expect("it is stored");
     let (bytes, parts, rows, host) = (1 << 30, None, None, HostLimits::NONE);
     let is_in_bands = |filters: bool| {
@@ -28,12 +33,7 @@ fn what_a_sampler_filters_is_in_bands_only_where_that_is_allowed() {
 /// Rows that a host wants alone, such as a crop: the bands have them all, once, and no more than whole workgroups.
 #[test]
 fn bands_have_the_rows_that_are_wanted() {
-    let text = r#"Pipeline(
-        inputs: { "scene": DisplayLinear },
-        nodes: { "shown": Encode(source: "scene"), "smooth": Fxaa(source: "shown") },
-        outputs: { "display": "smooth" },
-    )"#;
-    let plan = plan_images(&checked(text), Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let plan = smoothed();
     let height = plan.image(plan.outputs[0].image).desc.size.height;
     let last = height - 1;
     for wanted in [

@@ -318,13 +318,13 @@ fn codes(files: &Files, text: &str) -> Vec<String> {
     files.told(text).into_iter().map(|[code, ..]| code).collect()
 }
 
-/// What is wrong because of a mistake elsewhere is not reported.
+/// One mistake is one error, also where others follow from it.
 #[test]
 fn a_mistake_has_no_errors_as_its_consequences() {
     let files = Files::of(&[("bloom.ron", BLOOM), ("broken.ron", "Pipeline("), ("unread.ron", UNREAD)]);
     let facts = r#"facts: { "dark": "-" }"#;
     for (nodes, output, more, wanted) in [
-        // A fact of an unknown name is asked for as a flag and as a number.
+        // The same unknown fact, as a flag and as a number.
         (
             r#""a": Tint(source: "s", when: "zyx"), "b": Tint(source: "a", when: "zyx < 1")"#,
             "b",
