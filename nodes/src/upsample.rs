@@ -141,6 +141,24 @@ fn function(enlargement: Enlargement, border: Border) -> &'static str {
     }
 }
 
+/// The kernel of the last step with the smoothing of its result, by workgroups of [`TILE`] texels.
+fn smoothing_function(border: Border) -> &'static str {
+    match border {
+        Border::Open => "upsample_whole_smooth",
+        Border::Edge => "upsample_edge_whole_smooth",
+    }
+}
+
+/// Texels that a workgroup makes, across and down, of a step with its smoothing.
+const TILE: [u32; 2] = [16, 16];
+
+/// Returns whether the device smooths the result of a step in the same pass.
+fn smooths(enlargement: Enlargement, pass: &Recorder<'_>) -> bool {
+    let caps = pass.caps;
+    let fits = caps.fast_workgroup_memory && TILE[0] * TILE[1] <= caps.workgroup_invocations;
+    fits && matches!(enlargement, Enlargement::Whole { .. })
+}
+
 impl Upsample {
     /// The weight of each of `count` levels, finest first, in a frame that is so many halvings larger than `lines`.
     fn weights(&self, count: usize, octaves: f64) -> [f64; MAX_LEVELS] {
@@ -192,6 +210,7 @@ impl Node for Upsample {
         let mut joined = levels[coarsest];
         // The weight of all levels in `joined`.
         let mut rest = weights[coarsest..].iter().sum::<f64>();
+        let mut is_smooth = false;
         for index in (finest..coarsest).rev() {
             let desc = ImageDesc::new(pass.desc(levels[index]).size);
             let result = pass.level(format_args!("result.{index}"), desc);
@@ -200,8 +219,10 @@ impl Node for Upsample {
             let whole = if all > 0.0 && is_mean { all } else { 1.0 };
             let sizes = [pass.desc(joined).size, desc.size];
             let enlargement = self.filter.enlargement(sizes, self.radius, pass.is_dynamic("radius"));
-            let function = function(enlargement, border);
+            is_smooth = self.smooth && index == finest && smooths(enlargement, pass);
+            let function = if is_smooth { smoothing_function(border) } else { function(enlargement, border) };
             let call = pass.function(&SHADER, function);
+            let call = if is_smooth { call.workgroup(TILE) } else { call };
             enlargement
                 .set_taps(call, self.radius)
                 .define("UPSAMPLE_NARROW", enlargement.is_narrow())
@@ -213,7 +234,7 @@ impl Node for Upsample {
                 .write_to(result);
             (joined, rest) = (result, all);
         }
-        if self.smooth {
+        if self.smooth && !is_smooth {
             let desc = ImageDesc::new(pass.desc(joined).size);
             let result = pass.level("result.smooth", desc);
             let function = if border == Border::Open { "upsample_smooth" } else { "upsample_edge_smooth" };

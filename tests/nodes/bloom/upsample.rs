@@ -1,11 +1,15 @@
 //! Upsample on the GPU, compared with its CPU reference.
 
+use afterimage_gpu::Gpu;
+use afterimage_graph::node::PassKind;
+
 use super::{SAMPLED, check, check_on, levels, picture};
 use crate::reference::bloom;
 use crate::reference::image::Image;
 use crate::reference::resample::{Down, Firefly, Up};
-use crate::support::gpu::{Picture, Run, graph};
-use crate::support::harness::image;
+use crate::support::gpu::{Picture, Run, gpu, graph};
+use crate::support::harness::{assert_close, image};
+use crate::support::player::Player;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -41,6 +45,42 @@ fn levels_that_are_not_normalized_are_summed() {
     let mips = levels(&image(&scene), 3, Down::FourTap, Firefly::Off);
     let sum = bloom::additive_chain(&mips, Up::Tent, 1.0).map(|pixel| pixel.map(|v| 3.0 * v));
     check_on(nodes, &scene, &sum, SAMPLED);
+}
+
+/// On devices whose workgroups have fast memory, the last enlargement and the smoothing are one pass, which must make the
+/// picture of two: also where tiles of 16x16 texels meet, at borders of both kinds, and in half floats.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_last_enlargement_is_smoothed_in_the_memory_of_workgroups() {
+    let graph = graph(
+        r#"Pipeline(inputs: { "scene": Color }, outputs: { "open": "open", "edge": "edge" }, nodes: {
+            "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
+            "open": Upsample(source: "mips", blend: Add, smooth: true),
+            "edge": Upsample(source: "mips", blend: Add, smooth: true, border: Edge),
+        })"#,
+    );
+    for size in [[8, 8], [64, 64], [88, 40]] {
+        let scene = picture(size, true);
+        let rendered = |fast_workgroup_memory, exact| {
+            let mut run = Run::new(&graph);
+            run.options.exact = exact;
+            let mut gpu: Gpu = (*gpu()).clone();
+            gpu.caps.fast_workgroup_memory = fast_workgroup_memory;
+            let mut player = Player::on(gpu);
+            let plan = player.load(&run, &[("scene", &scene)]);
+            let joined = plan.work().filter(|pass| matches!(pass.kind, PassKind::Workgroup(_))).count();
+            assert_eq!(joined, if fast_workgroup_memory { 2 } else { 0 }, "{}", plan.to_text());
+            player.frame(&[("scene", &scene)], 0.0, true);
+            ["open", "edge"].map(|output| player.output(output))
+        };
+        for (exact, precision) in [(true, SAMPLED.exact), (false, SAMPLED.half)] {
+            let (two, one) = (rendered(false, exact), rendered(true, exact));
+            for (of_two, of_one) in two.iter().zip(&one) {
+                let tolerance = SAMPLED.within(precision, 0.0);
+                assert_close(&format!("{size:?} {exact}"), of_one, &image(of_two), &tolerance);
+            }
+        }
+    }
 }
 
 /// The mean light of a picture, and the variance of the light around its center as a share of the squared height.

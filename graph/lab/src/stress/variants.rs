@@ -16,8 +16,9 @@ struct PlanVariant {
     change: fn(&mut Caps, &mut Options),
 }
 
-const VARIANTS: [PlanVariant; 3] = [
+const VARIANTS: [PlanVariant; 4] = [
     PlanVariant { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
+    PlanVariant { name: "with fast workgroup memory", change: |caps, _| caps.fast_workgroup_memory = true },
     PlanVariant { name: "when not fused", change: |_, options| options.fuse = false },
     PlanVariant { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];
