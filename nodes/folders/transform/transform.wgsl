@@ -17,15 +17,24 @@ fn transform_place(pixel: vec2f, size: vec2f, params: Transform) -> vec2f {
     return vec2f(dot(p, axis), dot(p, vec2f(-axis.y, axis.x))) / params.scale + 0.5 * size;
 }
 
-fn transform_read(t: texture_2d<f32>, s: sampler, place: vec2f, size: vec2f, params: Transform) -> vec4f {
+// `finest` is the side of a read's footprint in pixels of the source.
+fn transform_read(
+    t: texture_2d<f32>,
+    s: sampler,
+    place: vec2f,
+    size: vec2f,
+    finest: f32,
+    params: Transform,
+) -> vec4f {
     let low = params.crop.xy * size;
     let high = (1.0 - params.crop.zw) * size;
-    let inside = clamp(place, low, max(high, low));
+    // The share of the footprint between both sides of the image, along each axis of it.
+    let from_low = clamp((place - low) / finest + 0.5, vec2f(), vec2f(1.0));
+    let to_high = clamp((high - place) / finest + 0.5, vec2f(), vec2f(1.0));
+    let share = max(from_low + to_high - 1.0, vec2f());
+    let covered = select(share.x * share.y, 1.0, params.repeat != 0u);
     let is_empty = any(high <= low);
-    // The share of a pixel that the image covers at its edge.
-    let beyond = max(abs(place.x - inside.x), abs(place.y - inside.y)) * params.scale;
-    let covered = select(clamp(1.0 - beyond, 0.0, 1.0), 1.0, params.repeat != 0u);
-    return select(covered, 0.0, is_empty) * tap(t, s, inside / size);
+    return select(covered, 0.0, is_empty) * tap(t, s, clamp(place, low, max(high, low)) / size);
 }
 
 fn transform(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Transform) -> vec4f {
@@ -36,7 +45,8 @@ fn transform(source: texture_2d<f32>, source_sampler: sampler, at: Point, params
     for (var y = 0.0; y < reads; y += 1.0) {
         for (var x = 0.0; x < reads; x += 1.0) {
             let pixel = vec2f(at.pixel) + (vec2f(x, y) + 0.5) / reads;
-            sum += transform_read(source, source_sampler, transform_place(pixel, at.size, params), at.size, params);
+            let place = transform_place(pixel, at.size, params);
+            sum += transform_read(source, source_sampler, place, at.size, 1.0 / (params.scale * reads), params);
         }
     }
     return sum / (reads * reads);
