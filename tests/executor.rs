@@ -5,6 +5,7 @@ mod any_plan;
 mod bands;
 mod changes;
 mod feeds;
+mod halves;
 mod hazards;
 mod held;
 mod histories;

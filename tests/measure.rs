@@ -251,7 +251,9 @@ fn the_change_that_makes_an_error_is_named() {
         let report = report(&folder, "in.####.exr", &["--explain", tier, "--error-image", &pictures]);
         let (found, row) = (&report["explained"], row(&report, &format!("tier {tier}")));
         assert_eq!((&found["variant"], &found["image"]), (&row["variant"], &row["images"][0]["image"]));
-        assert!((number(found, "codes") - number(row, "max")).abs() < 1e-3, "{found:#} {row:#}");
+        // The frame is that with the largest p99.9, and another one may have a slightly larger single error.
+        let (codes, max) = (number(found, "codes"), number(row, "max"));
+        assert!((0.99 * max..max + 1e-3).contains(&codes), "{found:#} {row:#}");
         let changes = found["changes"].as_array().unwrap();
         assert_eq!((changes.len(), &changes[0]["change"]), (3, &Value::from(largest)), "{found:#}");
         assert!(share(&changes[0]) > 0.9, "{found:#}");

@@ -18,6 +18,15 @@ fn between3(a: vec3f, b: vec3f, t: f32) -> vec3f {
     return a * (1.0 - t) + b * t;
 }
 
+// The nearest half floats of finite numbers, for devices that round toward zero where they store them. Of two that are
+// equally near, the one with an even last bit; below 2^-14 a unit in the last place is not rounded.
+fn nearest_half(v: vec4f) -> vec4f {
+    let bits = bitcast<vec4u>(v);
+    let rounded = bits + vec4u(0xfffu) + ((bits >> vec4u(13u)) & vec4u(1u));
+    let is_less = (bits & vec4u(0x7fffffffu)) < vec4u(0x477fe000u);
+    return select(v, bitcast<vec4f>(rounded), is_less);
+}
+
 // x^y for x >= 0, exactly 0 at 0: `pow` may be exp2(y * log2(x)).
 fn power(x: f32, y: f32) -> f32 {
     return select(pow(max(x, 1e-30), y), 0.0, x <= 0.0);

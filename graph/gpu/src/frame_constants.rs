@@ -38,7 +38,7 @@ impl FrameConstants {
 pub(crate) fn code_options(device: &Device) -> CodeOptions {
     CodeOptions {
         immediates: has_immediates(device),
-        params_in_storage: device.adapter_info().device_type == DeviceType::Cpu,
+        on_processor: device.adapter_info().device_type == DeviceType::Cpu,
         ..CodeOptions::default()
     }
 }

@@ -35,13 +35,13 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
 
 /// Parameters in a storage buffer take the binding of the uniform.
 #[test]
-fn functions_read_their_parameters_from_a_storage_buffer_if_asked_to() {
+fn functions_read_their_parameters_from_a_storage_buffer_on_a_processor() {
     let graph = built_in("exposure.ron");
     let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
     let mut with_params = 0;
     for index in 0..plan.passes.len() {
-        let compose = |params_in_storage| {
-            let options = CodeOptions { params_in_storage, ..CodeOptions::default() };
+        let compose = |on_processor| {
+            let options = CodeOptions { on_processor, ..CodeOptions::default() };
             plan.compose(index, options).unwrap_or_else(|error| panic!("{error}"))
         };
         let (uniform, stored) = (compose(false), compose(true));

@@ -37,6 +37,11 @@ pub use shader_cost::{RegisterPressure, ShaderCost};
 pub use uniform::UniformValue;
 pub use validate::validate;
 
+/// Returns whether a name is that of a type of WGSL, such as `vec4f`: a function of that name hides the type.
+pub fn is_type_name(name: &str) -> bool {
+    naga::front::wgsl::parse_str(&format!("alias Same = {name};")).is_ok()
+}
+
 /// Returns whether a name may be declared in a module: WGSL does not reserve it.
 pub fn is_free_name(name: &str) -> bool {
     naga::front::wgsl::parse_str(&format!("fn f({name}: f32) {{ }} struct S {{ {name}: f32 }}")).is_ok()

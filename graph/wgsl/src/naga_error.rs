@@ -4,7 +4,7 @@
 use naga::common::wgsl::TypeContext as _;
 use naga::front::wgsl::ParseError;
 use naga::valid::ValidationError;
-use naga::{Module, Span, WithSpan};
+use naga::{Module, Scalar, Span, TypeInner, VectorSize, WithSpan};
 
 use afterimage_base::diagnostic::{did_you_mean, quote};
 
@@ -104,15 +104,22 @@ pub(crate) fn validation_error(
     let spans = error.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), *span)));
     let narrowest = spans.filter(|(length, _)| *length > 0).min_by_key(|(length, _)| *length);
     let cause = root_cause(error.as_inner());
+    // Expressions, types and functions are numbered each by themselves.
     let message = without_handles(&cause, |handle, follows_type| {
-        let described = error.spans().find(|(_, what)| what.ends_with(handle));
-        match described {
-            Some((span, what)) if !what.contains("Type") => code_at(source, *span),
-            Some(_) => type_name(module, handle),
-            None if follows_type => type_name(module, handle),
+        let is_expression = |what: &str| what.ends_with(handle) && what.contains("Expression");
+        let expression = error.spans().find(|(_, what)| is_expression(what)).filter(|_| !follows_type);
+        let is_type = follows_type || error.spans().any(|(_, what)| what.ends_with(handle) && what.contains("Type"));
+        match expression {
+            Some((span, _)) => code_at(source, *span),
+            None if is_type => type_name(module, handle),
             None => None,
         }
     });
+    let message = with_type_names(message);
+    let message = match message.strip_prefix("The `return` expression None does not match the declared return type ") {
+        Some(ty) => format!("some path of the function ends without a `return` of its type, {ty}"),
+        None => message,
+    };
     let at = narrowest.and_then(|(_, span)| first_byte(span));
     let message = at.and_then(|at| no_sampler(&message, source, at)).unwrap_or(message);
     let is_composed = message.starts_with("composing expects") || message.starts_with("Composing expects");
@@ -169,6 +176,9 @@ fn suggestion(unknown: &str, map: &SourceMap) -> Option<String> {
 fn advice(message: &str, source: &str, at: std::ops::Range<usize>, map: &SourceMap) -> Option<String> {
     const COMPONENTS: &str = "xyzwrgba";
     let word = source.get(at.clone())?;
+    if word.starts_with('?') {
+        return Some("WGSL has `select(otherwise, value, condition)` for `condition ? value : otherwise`".to_owned());
+    }
     if message.starts_with("expected `;`") {
         return Some("a statement ends with `;`: it is missing before this".to_owned());
     }
@@ -262,6 +272,22 @@ fn without_handles(message: &str, name: impl Fn(&str, bool) -> Option<String>) -
         }
     }
     plain + rest
+}
+
+/// The message with the validator's descriptions of numbers and vectors replaced by the names of their types.
+fn with_type_names(message: String) -> String {
+    let scalars = [(Scalar::F32, "f32"), (Scalar::I32, "i32"), (Scalar::U32, "u32"), (Scalar::BOOL, "bool")];
+    let sizes = [(VectorSize::Bi, 2), (VectorSize::Tri, 3), (VectorSize::Quad, 4)];
+    let mut plain = message.replace(" with (of type ", " with a value (of type ");
+    plain = plain.replace(" and (of type ", " and one (of type ");
+    for (scalar, name) in scalars {
+        for (size, count) in sizes {
+            let vector = format!("{:?}", TypeInner::Vector { size, scalar });
+            plain = plain.replace(&vector, &format!("`vec{count}<{name}>`"));
+        }
+        plain = plain.replace(&format!("{:?}", TypeInner::Scalar(scalar)), &quote(name));
+    }
+    plain
 }
 
 fn type_name(module: &Module, handle: &str) -> Option<String> {

@@ -53,6 +53,10 @@ fn common_mistakes_have_advice() {
         ("float x = 1.0; return x;", declared),
         ("vec3 x = v; return x.x;", declared),
         ("return 1.0", "a statement ends with `;`: it is missing before this"),
+        (
+            "return select(0.0, 1.0, v.x > 0.5) + (v.x > 0.5 ? 1.0 : 0.0);",
+            "WGSL has `select(otherwise, value, condition)` for `condition ? value : otherwise`",
+        ),
         ("return vec4f(v, v).x;", "together, the arguments have as many numbers as the vector has components"),
     ] {
         let text = format!("struct Parameters {{ strength: f32 }}\nfn f(v: vec3f, p: Parameters) -> f32 {{ {body} }}");
@@ -228,5 +232,28 @@ fn each_word_that_no_function_of_a_pixel_can_use_is_refused() {
         let error = shader.reflect().map(|_| ()).expect_err(statement);
         assert!(error.message.contains(why), "{statement}: {error}");
         assert_eq!(error.line, 2, "{statement}: {error}");
+    }
+}
+
+#[test]
+fn the_validator_speaks_of_types_and_expressions_by_their_names() {
+    let returned = "the `return` expression `v.rgb` does not match the declared return type `vec4<f32>`";
+    for (text, message) in [
+        ("fn f(v: vec4f) -> vec4f {\n return v.rgb; }", returned),
+        (
+            "fn f(v: vec4f) -> f32 {\n return v; }",
+            "the `return` expression `v` does not match the declared return type `f32`",
+        ),
+        (
+            "fn f(v: vec4f) -> vec4f {\n if v.x > 0.0 { return v; } }",
+            "some path of the function ends without a `return` of its type, `vec4<f32>`",
+        ),
+        (
+            "fn f(v: vec4f) -> vec4f {\n return v * v.rgb; }",
+            "operation Multiply can't work with a value (of type `vec4<f32>`) and one (of type `vec3<f32>`)",
+        ),
+    ] {
+        let error = error_of(text);
+        assert_eq!(error.message, message, "{text}");
     }
 }

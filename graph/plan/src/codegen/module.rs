@@ -19,7 +19,7 @@ pub enum SlotKind {
     Frame,
     Block(BlockId),
     Params,
-    /// The same in a storage buffer: see [`CodeOptions::params_in_storage`].
+    /// The same in a storage buffer: see [`CodeOptions::on_processor`].
     StoredParams,
     /// A uniform with the size of the result in texels, and its first texel in the host's image: four floats. To ask
     /// the texture for the size takes longer.
@@ -42,9 +42,11 @@ pub struct CodeOptions {
     pub immediates: bool,
     /// Writes the result to a part of its image: the uniform [`Extent`](SlotKind::Extent) states its first texel.
     pub has_origin: bool,
-    /// Reads the pass's uniform from a storage buffer. Mesa's driver for processors (22) compiles a shader with its
-    /// numbers again for each dispatch if many branches depend on a uniform buffer, and keeps all of these shaders.
-    pub params_in_storage: bool,
+    /// Reads the pass's uniform from a storage buffer, rounds half floats, and ends loops earlier. Mesa's driver for
+    /// processors (22) compiles a shader with its numbers again for each dispatch if many branches depend on a uniform
+    /// buffer, and keeps all of these shaders; it rounds half floats toward zero where it stores them; for loops, see
+    /// [`PROCESSOR_LOOP_STEPS`](afterimage_wgsl::limits::PROCESSOR_LOOP_STEPS).
+    pub on_processor: bool,
 }
 
 /// A module that a device can run.

@@ -69,7 +69,8 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         workgroup: [u32; 3],
         names: &'static [&'static str],
     ) -> Result<Composed, ShaderError> {
-        let text = [imports, self.uniform_struct().as_str(), &self.declarations, code].concat();
+        let round = if self.rounds_halves() { "import afterimage::math::nearest_half;\n" } else { "" };
+        let text = [round, imports, self.uniform_struct().as_str(), &self.declarations, code].concat();
         let entry = Entry { slots: self.slots, immediate: self.immediate, workgroup, names };
         self.code.compose(self.linker, text, entry)
     }
@@ -84,8 +85,16 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let last = kernels.end - 1;
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
+        let value = if self.rounds_halves() { format!("nearest_half(kernel{last})") } else { format!("kernel{last}") };
         let pixels: String = (0..self.loaded_pixels.len()).map(|index| format!(", host{index}: vec4f")).collect();
-        format!("fn {name}(at: Point{pixels}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+        format!("fn {name}(at: Point{pixels}) -> vec4f {{\n{body}    return {value};\n}}\n")
+    }
+
+    /// True if a processor stores the result in half floats: see [`CodeOptions::on_processor`](super::CodeOptions).
+    fn rounds_halves(&self) -> bool {
+        let format = self.code.pass.results.first().map(|result| self.code.format_of(result.image));
+        let is_half = matches!(format, Some(Format::R16Float | Format::Rg16Float | Format::Rgba16Float));
+        self.code.options.on_processor && is_half
     }
 
     /// A function `name` to the value of the last of these kernels, from a `Point`, the value of the kernel before them
@@ -233,7 +242,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// The variable of the pass's uniform.
     pub(super) fn params(&mut self) -> String {
-        let (kind, var) = match self.code.options.params_in_storage {
+        let (kind, var) = match self.code.options.on_processor {
             true => (SlotKind::StoredParams, "var<storage, read>"),
             false => (SlotKind::Params, "var<uniform>"),
         };
@@ -294,6 +303,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
         let steps = match self.code.pass.kind {
             PassKind::Workgroup(_) => limits::WORKGROUP_LOOP_STEPS,
+            _ if self.code.options.on_processor => limits::PROCESSOR_LOOP_STEPS,
             _ => limits::LOOP_STEPS,
         };
         if let Some(before) = self.linker.before_call(steps).filter(|_| kernel.shader.is_untrusted()) {

@@ -65,6 +65,8 @@ pub const BARRIERS: Limit = Limit::new(16, "barriers in a function and all that 
 pub const INVOCATIONS: Limit = Limit::new(256, "invocations in a workgroup");
 /// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
 pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
+/// The same on a processor: Mesa's driver (22) ends all loops of an invocation after 65535 steps, and does not say so.
+pub const PROCESSOR_LOOP_STEPS: Limit = Limit::new(1 << 15, "steps of loops for a pixel on a processor");
 /// The same of a function with a workgroup: its invocations wait for each other, one by one where they add to a number.
 pub const WORKGROUP_LOOP_STEPS: Limit = Limit::new(1 << 14, "steps of loops for a pixel with a workgroup");
 /// Of a kind without Rust.

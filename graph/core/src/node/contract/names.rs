@@ -15,6 +15,9 @@ pub fn kind_file_name(kind: &str) -> Result<String, String> {
     match is_free_in_wgsl(&file) {
         _ if RESERVED.contains(&kind) => Err("pipeline files use this name themselves".into()),
         false => Err(format!("`{file}` is a word of WGSL and cannot be the name of its function")),
+        true if afterimage_wgsl::is_type_name(&file) => {
+            Err(format!("its function would hide the type `{file}` of WGSL"))
+        }
         true => Ok(file),
     }
 }
@@ -75,8 +78,10 @@ mod tests {
     #[test]
     fn a_kind_has_a_file_name_unless_its_own_is_taken() {
         assert_eq!(kind_file_name("ToneMap").as_deref(), Ok("tone_map"));
-        for (name, why) in [("toneMap", "capital"), ("../Up", "capital"), ("Off", "pipeline files"), ("Target", "WGSL")]
-        {
+        let target = ("Target", "a word of WGSL");
+        let types = [("F32", "the type `f32`"), ("Vec4f", "the type `vec4f`"), ("Sampler", "the type `sampler`")];
+        let others = [("toneMap", "capital"), ("../Up", "capital"), ("Off", "pipeline files"), target];
+        for (name, why) in others.into_iter().chain(types) {
             assert!(kind_file_name(name).is_err_and(|error| error.contains(why)), "{name}");
         }
     }
