@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::support::command::program;
 use crate::support::gpu::gpu;
+use crate::support::numbers::is_rounded;
 
 /// A folder of one test with a cache of its own, removed at its end.
 struct Folder(PathBuf);
@@ -33,7 +34,9 @@ impl Folder {
         let small = ["--size", size, "--frames", "3", "--json", "figures.json"];
         let output = self.bench(&[&[pipeline.as_ref()], small.as_slice(), arguments].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice(&fs::read(self.0.join("figures.json")).unwrap()).unwrap()
+        let figures = serde_json::from_slice(&fs::read(self.0.join("figures.json")).unwrap()).unwrap();
+        printed(&String::from_utf8_lossy(&output.stdout), &figures);
+        figures
     }
 
     fn remembered(&self, ending: &str) -> Vec<PathBuf> {
@@ -46,6 +49,36 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// That the text has the figures of the file, in its own units.
+fn printed(text: &str, figures: &Value) {
+    let line = |start: &str| text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{text}"));
+    let agree = |line: &str, numbers: &[f64]| {
+        let words = line.split([' ', '(', '|']).filter(|word| word.parse::<f64>().is_ok());
+        let words: Vec<&str> = words.collect();
+        let is_it = words.len() == numbers.len() && words.iter().zip(numbers).all(|(word, n)| is_rounded(word, *n));
+        assert!(is_it, "{line} is not {numbers:?}");
+    };
+    let of = |path: &str| number(figures.pointer(path).unwrap_or_else(|| panic!("{path}: {figures}")));
+    let (mega, share) = (1e-6, 100.0 * of("/share"));
+    let clock = if figures["clock"] == "gpu" { "GPU, a frame" } else { "host clock, a frame" };
+    agree(line(clock), &[of("/gpu_ms"), of("/gpu_ms_interval/0"), of("/gpu_ms_interval/1"), 95.0, share]);
+    agree(line("host, a frame"), &[of("/host/record_us"), of("/host/finish_us"), of("/host/submit_us")]);
+    agree(line("copy bandwidth"), &[of("/copy_gbps")]);
+    agree(line("memory"), &[mega * of("/memory/transient"), mega * of("/memory/kept")]);
+    agree(line("text to first frame"), &[of("/first_frame_ms/cold"), of("/first_frame_ms/warm")]);
+    let passes = figures["passes"].as_array().unwrap();
+    let mut sum = 0.0;
+    for (pass, line) in passes.iter().zip(text.lines().skip(3)) {
+        let (name, rest) = line.trim_start_matches("| ").split_once(" | ").unwrap();
+        let label = name.trim_end().trim_end_matches(" (after a change)").trim_end_matches(" (drawn)");
+        assert_eq!(label, pass["name"]);
+        assert_eq!(name.contains("(drawn)"), pass["stage"] == "fragment", "{line}");
+        agree(rest, &[number(&pass["ms"]), mega * number(&pass["bytes"]), 100.0 * number(&pass["share"])]);
+        sum += if pass["runs_on_change"] == true { 0.0 } else { number(&pass["ms"]) };
+    }
+    agree(line("| sum, without overlap"), &[sum, mega * of("/bytes")]);
 }
 
 const SMALL: &str = "96x64";

@@ -91,6 +91,22 @@ fn facts_tiers_and_parameters_are_checked() {
         1,
         "error: `--fact emissive=0`: this fact is `true` or `false`, not a number\n  hint: write `--fact emissive=false`",
     );
+    let dim = "Pipeline(inputs: { \"scene\": Color }, outputs: { \"light\": \"lit\" }, nodes: { \"lit\": Exposure(source: \
+               \"scene\", stops: 1.0, when: \"illuminance < 10 and moon\") })";
+    folder.with("dim.ron", dim.as_bytes());
+    for (fact, words) in [
+        ("illuminance=true", "`--fact illuminance=true`: this fact is a number"),
+        ("moon=1", "write `--fact moon=true`"),
+        ("illuminance=inf", "a fact is `true`, `false` or a number"),
+        ("lux=3", "no `when` of this pipeline uses the fact `lux`\n  hint: it uses `illuminance` and `moon`"),
+        ("moon", "`--fact moon` has no `=`\n  hint: write `--fact name=value`"),
+    ] {
+        folder.run(&format!("check dim.ron --fact {fact}")).fails_saying(1, &[words]);
+    }
+    let skipped = |facts: &str| folder.run(&format!("plan dim.ron {facts}")).good().contains("does not hold");
+    assert!(!skipped("--fact illuminance=9 --fact moon=true") && skipped("--fact illuminance=11 --fact moon=true"));
+    std::fs::remove_file(folder.file("dim.ron")).expect("it was written");
+    folder.run("check grade --fact lux=3").fails_saying(1, &["it uses no facts"]);
     let declared = "Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"light\": \"scene\" }, \
                     facts: { \"lamps\": \"lamps are on\" })";
     folder.with("declared.ron", declared.as_bytes());

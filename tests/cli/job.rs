@@ -48,6 +48,18 @@ fn line_of(template: &Value, step: &Value, frames: &str) -> String {
     line
 }
 
+/// That a task of so many frames tells a farm of each, up to 100 %.
+#[track_caller]
+fn progress(said: &str, count: usize) {
+    let told: Vec<&str> = said.lines().collect();
+    assert_eq!(told.len(), 2 * count, "{said}");
+    for (number, lines) in told.chunks(2).enumerate().map(|(at, lines)| (at + 1, lines)) {
+        assert_eq!(lines[0], format!("openjd_progress: {:.1}", 100.0 * number as f64 / count as f64));
+        let (status, ending) = ("openjd_status: frame ", format!(", {number} of {count} frames"));
+        assert!(lines[1].starts_with(status) && lines[1].ends_with(&ending), "{}", lines[1]);
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn chunks_of_frames_without_state_are_tasks_in_any_order() {
@@ -64,15 +76,8 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
         (&space["chunks"]["defaultTaskCount"], &template["extensions"][0]),
         (&4.into(), &"TASK_CHUNKING".into())
     );
-    for frames in ["9", "5-8", "1-4"] {
-        let said = elsewhere.run(&line_of(&template, &steps[0], frames)).good();
-        let told: Vec<&str> = said.lines().collect();
-        let count = told.len() / 2;
-        for (number, lines) in told.chunks(2).enumerate().map(|(at, lines)| (at + 1, lines)) {
-            assert_eq!(lines[0], format!("openjd_progress: {:.1}", 100.0 * number as f64 / count as f64));
-            let (status, ending) = ("openjd_status: frame ", format!(", {number} of {count} frames"));
-            assert!(lines[1].starts_with(status) && lines[1].ends_with(&ending), "{}", lines[1]);
-        }
+    for (frames, count) in [("9", 1), ("5-8", 4), ("1-4", 4)] {
+        progress(&elsewhere.run(&line_of(&template, &steps[0], frames)).good(), count);
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.png"))).expect("it was written");
@@ -114,8 +119,8 @@ fn chunks_of_metered_frames_are_measured_before_in_any_order() {
     assert_eq!((&measuring["name"], &rendering["name"]), (&"Meter".into(), &"Render".into()));
     assert_eq!(rendering["dependencies"][0]["dependsOn"], "Meter");
     for step in [measuring, rendering] {
-        for frames in ["8-9", "2-4", "5-7"] {
-            elsewhere.run(&line_of(&template, step, frames)).good();
+        for (frames, count) in [("8-9", 2), ("2-4", 3), ("5-7", 3)] {
+            progress(&elsewhere.run(&line_of(&template, step, frames)).good(), count);
         }
     }
     for frame in 2..=9 {
@@ -125,8 +130,35 @@ fn chunks_of_metered_frames_are_measured_before_in_any_order() {
 }
 
 #[test]
+fn a_template_has_the_ranges_and_the_names_that_were_asked_for() {
+    let folder = shot("job-ranges");
+    for (options, chunk, range, constraint) in [
+        ("", 20, "1-9", "CONTIGUOUS"),
+        (" --frames 3", 20, "3", "CONTIGUOUS"),
+        (" --frames 1-9:2 --chunk 2", 2, "1-9:2", "NONCONTIGUOUS"),
+        (" --frames 1-3,7-9", 20, "1-3,7-9", "NONCONTIGUOUS"),
+    ] {
+        let template = job(&folder, &format!("job grade shot.#.exr -o part.#.png{options}"));
+        assert_eq!(template["name"], "grade: part.#.png");
+        let defaults = template["parameterDefinitions"].as_array().expect("a list").iter();
+        let defaults: Vec<&str> = defaults.filter_map(|parameter| parameter["default"].as_str()).collect();
+        let place = fs::canonicalize(&folder.0).expect("a folder");
+        assert!(defaults.len() == 2 && defaults[0].ends_with("under-test") && *defaults[1] == *place, "{defaults:?}");
+        let frames = &template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0];
+        assert_eq!((&frames["name"], &frames["range"]), (&"Frames".into(), &range.into()), "{options}");
+        let chunks = serde_json::json!({ "defaultTaskCount": chunk, "rangeConstraint": constraint });
+        assert_eq!(frames["chunks"], chunks, "{options}");
+    }
+    // A few frames before a chunk stand for the state of the whole.
+    let template = job(&folder, "job trail.ron shot.#.exr -o part.#.exr --preroll 2");
+    assert_eq!(template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["type"], "CHUNK[INT]");
+}
+
+#[test]
 fn what_is_no_job_is_refused() {
     let folder = shot("job-refused");
+    folder.run("job grade shot.#.exr -o out.#.png --watch").fails_saying(1, &["a job with `--watch` never ends"]);
+    folder.run("job meter.ron shot.#.exr -o out.#.exr --chunk 0").fails_saying(1, &["--chunk <COUNT>"]);
     folder.run("job meter.ron shot.1.exr -o out.exr").fails_saying(1, &["a job is a sequence"]);
     folder.run("job meter.ron shot.#.exr -o out.#.exr --json a.json").fails_saying(1, &["one file for all chunks"]);
     folder.run("-C nowhere render meter.ron shot.1.exr -o out.exr").fails_saying(1, &["-C nowhere: "]);

@@ -92,6 +92,21 @@ fn a_table_shows_what_its_nodes_show_within_its_error() {
         let (printed, notes) = (run.out.clone(), run.err.clone());
         let error = stated(&run.good());
         assert!(error < 60.0, "{printed}");
+        let size = options.split("--size ").nth(1).unwrap_or("33");
+        assert!(printed.starts_with(&format!("{file}: {size} entries a side, from {from} to Srgb, of ")), "{printed}");
+        let table = std::fs::read_to_string(folder.file(file)).expect("it is written");
+        let has = |words: &str| table.contains(words);
+        let sides = [format!("LUT_3D_SIZE {size}\n"), format!("dim=\"{size} {size} {size} 3\"")];
+        assert!(
+            sides.iter().any(|side| has(side))
+                && ["TITLE \"look\"", "# look\n", "name=\"look\""].iter().any(|title| has(title)),
+            "{file}"
+        );
+        let errors: Vec<f64> = ["99 % of colors at most ", "99.9 % at most ", "finds is "]
+            .map(|words| printed.split(words).nth(1).and_then(|rest| rest.split([',', ';', '\n']).next()))
+            .map(|number| number.and_then(|number| number.parse().ok()).expect("a number"))
+            .into();
+        assert!(printed.contains("error in codes of 8 bits: ") && errors.is_sorted(), "{printed}");
         assert!(printed.contains("`exposed`, `vivid`, `mapped`, `display`"), "{printed}");
         assert!(notes.contains(&node(file, from)), "{notes}");
         assert!(notes.contains("`bins` (Histogram), `meter` (AutoExposure), `glow` (Gaussian)"), "{notes}");
@@ -105,6 +120,7 @@ fn a_table_shows_what_its_nodes_show_within_its_error() {
     }
     let printed = folder.run("lut look.ron -o light.cube --from LogC3 --output light").good();
     assert!(printed.contains("from LogC3 to LinearRec709, of `exposed`, `vivid`"), "{printed}");
+    assert!(printed.contains("error in units of its results: "), "{printed}");
     let before = folder.names();
     for (words, error) in [
         ("-o a.3dl --from LogC3", "error: `a.3dl`: a table is a `.cube` or a `.clf` file"),

@@ -1,6 +1,6 @@
 //! Several outputs of one pipeline, each in its file.
 
-use afterimage_media::{Picture, Pixels, Source, read};
+use afterimage_media::{ImageFormat, Picture, Pixels, Source, read};
 
 use super::{Folder, room, save};
 
@@ -175,6 +175,12 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
             "error: no file is named for the output `hdr`\n  hint: write `--output hdr=FILE` for each output",
         ),
         (
+            "render {hdr} room.exr --output a.png",
+            "error: no file is named for the output `a.png`\n  hint: `-o a.png` names the file; `--output` names an \
+             output of the pipeline",
+        ),
+        ("render {hdr} room.exr -o .", "error: `.` is a folder\n  hint: name the file: `folder/out.png`"),
+        (
             "render {hdr} room.exr --output sdr=a.png --output hdr=a.png",
             "error: a.png: two outputs go to this file\n  hint: name a file for each",
         ),
@@ -196,4 +202,48 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
         folder.run(line).fails(1, words);
     }
     assert_eq!(folder.names(), ["room.exr"]);
+}
+
+/// Each format has the depths that it says, and files of another depth are made again.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn files_are_known_by_their_format_and_their_depth() {
+    let folder = folder("depths");
+    save(&folder.file("shot.1.exr"), &room(12, 8));
+    let text = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"lit\": Exposure(source: \"scene\"), \"mapped\": \
+                ToneMap(source: \"lit\"), \"shown\": Encode(source: \"mapped\") }, outputs: { \"display\": \"shown\", \
+                \"light\": \"lit\" })";
+    folder.with("two.ron", text.as_bytes());
+    for format in [ImageFormat::Exr, ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Jpeg] {
+        let line = format!("render two.ron shot.#.exr -o out.#.{}", format.endings()[0]);
+        let depths = format.depths();
+        for depth in [8, 10, 16, 32] {
+            let outcome = folder.run(&format!("{line} --depth {depth}"));
+            if !depths.contains(&depth) {
+                let known: Vec<String> = depths.iter().map(u32::to_string).collect();
+                let said = format!("{} has {} bits, not {depth}", format.name(), known.join(" or "));
+                outcome.fails_saying(1, &[&said]);
+                continue;
+            }
+            outcome.good();
+            for other in depths {
+                let notes = folder.run(&format!("{line} --depth {other} --skip-existing")).notes();
+                let wanted = if *other == depth { "0 good, 1 skipped" } else { "1 good, 0 skipped" };
+                assert!(notes.contains(wanted), "{line}: {depth}, then {other}: {notes}");
+                folder.run(&format!("{line} --depth {depth}")).good();
+            }
+        }
+    }
+    // Floats in TIFF are light, as those in EXR.
+    let light = |name: &str| {
+        folder.run(&format!("render two.ron room.exr -o {name} --depth 32")).good();
+        read(&Source::file(folder.file(name))).expect("a picture").pixel(6, 4)
+    };
+    assert_eq!(light("light.tif"), light("light.exr"));
+    assert!(light("light.tif")[0] > 30.0);
+    let sizes = [20, 60, 95].map(|quality| {
+        folder.run(&format!("render two.ron room.exr -o out.jpg --quality {quality}")).good();
+        std::fs::read(folder.file("out.jpg")).expect("a picture").len()
+    });
+    assert!(sizes.is_sorted_by(|a, b| a < b), "{sizes:?}");
 }

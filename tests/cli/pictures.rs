@@ -22,7 +22,7 @@ fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn demo_writes_the_scene_every_pipeline_and_a_page() {
     let folder = Folder::new("demo");
-    let run = folder.run("demo --size 64x36 --out made");
+    let run = folder.run("demo --size 64x36 --time 0.5");
     let (notes, printed) = (run.err.clone(), run.good());
     let names = |printed: &str| printed.lines().map(str::to_owned).collect::<Vec<_>>();
     let shown = fs::read_dir(super::built_in("lynx").with_file_name("")).expect("the built-in pipelines");
@@ -32,11 +32,11 @@ fn demo_writes_the_scene_every_pipeline_and_a_page() {
         shown.map(|path| path.with_extension("png").file_name().map(|name| name.to_string_lossy().into_owned()));
     let more = ["scene.exr", "index.html"].map(|name| Some(name.to_owned()));
     for name in &shown.chain(more).flatten().collect::<Vec<_>>() {
-        let path = folder.file("made").join(name);
+        let path = folder.file("out").join(name);
         assert!(names(&printed).iter().any(|line| line.ends_with(name)), "{printed}");
         assert!(path.is_file(), "{name}");
     }
-    let page = fs::read_to_string(folder.file("made/index.html")).expect("a page");
+    let page = fs::read_to_string(folder.file("out/index.html")).expect("a page");
     let commands: Vec<&str> = notes.lines().filter_map(|line| line.strip_prefix("  ")).collect();
     assert_eq!(commands.len(), 3, "{notes}");
     for line in commands {
@@ -49,16 +49,20 @@ fn demo_writes_the_scene_every_pipeline_and_a_page() {
     }
     assert!(folder.file("tsushima.png").is_file() && folder.file("my.ron").is_file(), "{notes}");
     for image in page.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()) {
-        assert!(folder.file("made").join(image).is_file(), "{image}");
+        assert!(folder.file("out").join(image).is_file(), "{image}");
     }
-    let scene = read(&Source::file(folder.file("made/scene.exr"))).expect("a scene");
+    let scene = read(&Source::file(folder.file("out/scene.exr"))).expect("a scene");
     assert_eq!((scene.width, scene.height), (64, 36));
     let brightest = scene.pixels.to_f32().into_iter().fold(0.0, f32::max);
     assert!(brightest > 10.0, "a scene worth processing has lights: {brightest}");
-    let (width, height, pixels) = png(&folder.file("made/lynx.png"));
+    let (width, height, pixels) = png(&folder.file("out/lynx.png"));
     assert_eq!((width, height), (64, 36));
     let (dark, light) = (pixels.iter().flatten().min(), pixels.iter().flatten().max());
     assert!(dark < Some(&60) && light > Some(&200), "{dark:?} to {light:?}");
+    let text = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene(time: 0.5) }, outputs: { \"scene\": \"scene\" })";
+    folder.with("scene.ron", text.as_bytes());
+    folder.run("render scene.ron --size 64x36 -o own.exr").good();
+    assert_eq!(scene.pixels.to_f32(), floats(&folder, "own.exr"), "at that time");
 }
 
 /// A driver on the processor works a dispatch off in an order that its number of threads makes, and Mesa's reads it

@@ -1,6 +1,7 @@
 //! `plan` as a user reads it: switches, tiers, facts, and what differs.
 
 use super::Folder;
+use crate::support::numbers::is_rounded;
 
 fn plan(line: &str) -> String {
     Folder::new(&format!("plan-{}", line.replace(['{', '}', ' ', '='], ""))).run(&format!("plan {line}")).good()
@@ -115,10 +116,47 @@ fn differences_of_plans_are_json_if_json_is_requested() {
     assert!(changed.iter().any(|change| change["image"] == "mips.result.0"), "{tiers:#}");
     let moved = tiers["bytes_moved"].as_array().expect("two numbers");
     assert!(moved[0].as_u64() > moved[1].as_u64() && moved[1].as_u64() > Some(0), "{tiers:#}");
+    // The text has the same figures, with the change in percent.
+    let text = plan("{tsushima} --diff-tier low");
+    for (start, key, unit) in [
+        ("passes ", "passes", 1.0),
+        ("batches ", "batches", 1.0),
+        ("bytes moved ", "bytes_moved", 1024.0 * 1024.0),
+        ("peak memory ", "peak_memory", 1024.0 * 1024.0),
+    ] {
+        let line = text.lines().find(|line| line.starts_with(start)).expect("a line of each");
+        let values = [0, 1].map(|at| tiers[key][at].as_f64().expect("a number"));
+        let change = (values[0] != values[1]).then_some(100.0 * (values[1] / values[0] - 1.0));
+        let wanted: Vec<f64> = values.iter().map(|value| value / unit).chain(change).collect();
+        let found = line.split([' ', '(']).filter(|word| word.parse::<f64>().is_ok());
+        assert!(found.clone().count() == wanted.len() && found.zip(&wanted).all(|(a, b)| is_rounded(a, *b)), "{line}");
+    }
+    let changes = text.lines().filter(|line| line.starts_with("~ ")).count();
+    assert_eq!(changes, changed.len(), "{text}");
     let same = json("{lynx} --diff {lynx} --format json");
     assert!(same["added"] == serde_json::json!([]) && same["passes"][0] == same["passes"][1], "{same:#}");
     let folder = Folder::new("plan-diff-drawing");
     folder.run("plan {lynx} --diff {lynx} --format svg").fails_saying(1, &["--format json"]);
+}
+
+#[test]
+fn a_plan_is_of_the_size_the_digits_and_the_dynamic_parameters_that_are_asked_for() {
+    let exact = plan("{lynx} --exact --size 640x360");
+    let first = exact.lines().next().expect("a line");
+    assert!(first.contains(" at 640x360;") && exact.contains("Rgba32Float") && !exact.contains("16Float"), "{exact}");
+    assert!(plan("{lynx}").lines().next().expect("a line").contains(" at 1920x1080;"), "the size by default");
+    // A node that changes nothing is left out, unless the host may change it.
+    let does =
+        |line: &str| plan(line).lines().take_while(|line| *line != "skipped").any(|line| line.contains("saturat"));
+    assert!(!does("{grade}") && does("{grade} --dynamic saturated.amount"));
+    let folder = Folder::new("plan-dynamic");
+    for (name, why) in [
+        ("mips.levels", "each change of `mips.levels` needs a new plan"),
+        ("mips.levls", "`levels`"),
+        ("mip.levels", "`mips`"),
+    ] {
+        folder.run(&format!("plan {{tsushima}} --dynamic {name}")).fails_saying(1, &[why]);
+    }
 }
 
 #[test]

@@ -16,12 +16,21 @@ fn gray(light: f32, first: &[[f32; 4]]) -> Picture {
     Picture::new(8, 6, Pixels::Float(pixels.as_flattened().to_vec()))
 }
 
+/// The file of `--json`.
+fn report(folder: &Folder, json: &str) -> Value {
+    let text = std::fs::read_to_string(folder.file(json)).expect("the program wrote it");
+    serde_json::from_str(&text).expect("it is JSON")
+}
+
+/// A figure of the meter in each frame.
+fn metered(report: &Value, figure: &str) -> Vec<f64> {
+    let frames = report["frames"].as_array().expect("a list of frames");
+    frames.iter().map(|frame| frame["exposure"][0][figure].as_f64().expect("a number")).collect()
+}
+
 /// The metered stops of each frame, from the file of `--json`.
 fn stops(folder: &Folder, json: &str) -> Vec<f64> {
-    let text = std::fs::read_to_string(folder.file(json)).expect("the program wrote it");
-    let report: Value = serde_json::from_str(&text).expect("it is JSON");
-    let frames = report["frames"].as_array().expect("a list of frames");
-    frames.iter().map(|frame| frame["exposure"][0]["stops"].as_f64().expect("a number")).collect()
+    metered(&report(folder, json), "stops")
 }
 
 #[test]
@@ -32,7 +41,22 @@ fn a_cut_is_exposed_at_once() {
         save(&folder.file(&format!("shot.{frame}.exr")), &gray(light, &[]));
     }
     folder.with("meter.ron", METERED.as_bytes());
-    folder.run("render meter.ron shot.#.exr -o out.#.exr --json slow.json").good();
+    let words = folder.run("render meter.ron shot.#.exr -o out.#.exr --json slow.json").notes();
+    // The figures that are printed are those of the file.
+    let told = report(&folder, "slow.json");
+    let [stops_of, ev100] = ["stops", "ev100"].map(|figure| {
+        let figures = metered(&told, figure);
+        let ends = [f64::min, f64::max].map(|end| figures.iter().copied().reduce(end).expect("frames"));
+        format!("{:.2} to {:.2}", ends[0], ends[1])
+    });
+    assert!(words.contains(&format!("exposure of `meter`: {stops_of} stops, at EV100 {ev100}\n")), "{words}");
+    let count = serde_json::json!({ "failed": 0, "good": 3, "repaired": 0, "skipped": 0, "unwritten": 0 });
+    assert_eq!((&told["summary"], &told["pipeline"]), (&count, &"meter.ron".into()));
+    let seconds = |value: &Value| value["seconds"].as_f64().filter(|seconds| *seconds > 0.0).expect("a time");
+    for (number, frame) in (1..).zip(told["frames"].as_array().expect("a list")) {
+        assert_eq!((&frame["frame"], &frame["files"][0]), (&number.into(), &format!("out.{number}.exr").into()));
+    }
+    assert!(told["frames"].as_array().expect("a list").iter().map(seconds).sum::<f64>() < seconds(&told));
     folder.run("render meter.ron shot.#.exr -o out.#.exr --json cut.json --cut 2").good();
     let (slow, cut) = (stops(&folder, "slow.json"), stops(&folder, "cut.json"));
     let settled = 0.18_f64.log2() - 4.0;
@@ -53,11 +77,14 @@ fn the_exposure_and_repaired_pixels_are_reported() {
     let words = folder.run("render meter.ron bad.exr -o out.exr --json report.json").notes();
     assert!(words.contains("repaired pixels of `scene`: 1 NaN, 1 infinite, 1 negative"), "{words}");
     assert!(words.contains("exposure of `meter`: -3.") && words.contains("at EV100 3.97"), "{words}");
-    let text = std::fs::read_to_string(folder.file("report.json")).expect("the program wrote it");
-    let report: Value = serde_json::from_str(&text).expect("it is JSON");
+    let report = report(&folder, "report.json");
     let repaired = &report["frames"][0]["repaired"]["scene"];
     assert_eq!([&repaired["nan"], &repaired["infinite"], &repaired["negative"]], [1, 1, 1]);
+    assert_eq!(report["summary"]["repaired"], 1);
     assert!((stops(&folder, "report.json")[0] - (0.18_f64.log2() - 1.0)).abs() < 0.05);
+    // A gray card of 18 % has this luminance in so many lux.
+    let lux = std::f64::consts::PI * 2.0 / 0.18;
+    assert!((metered(&report, "lux")[0] / lux).log2().abs() < 0.05, "{report}");
 }
 
 #[test]

@@ -31,7 +31,28 @@ fn processes_report_what_one_process_does() {
     for title in ["\nsoft.ron (low)", "\nGaussian", "afterimage stress soft.ron --tier low --unsanitized --defaults"] {
         assert!(one.out.contains(title), "{title}: {}", one.out);
     }
+    let results: serde_json::Value = serde_json::from_str(&results).expect("it is JSON");
+    let mut sums = [0, 0];
+    for result in results["results"].as_array().expect("a list") {
+        let figures = ["cases", "failures", "refused"]
+            .map(|key| result[key].as_u64().unwrap_or_else(|| result[key].as_array().expect("a list").len() as u64));
+        let row = one
+            .out
+            .lines()
+            .find(|line| line.trim_start().starts_with(&format!("{} ", result["title"].as_str().unwrap())));
+        let numbers: Vec<u64> = row.expect("a row").split(' ').filter_map(|word| word.parse().ok()).collect();
+        assert_eq!(numbers, figures, "{row:?}");
+        sums = [sums[0] + figures[0], sums[1] + figures[1]];
+    }
+    assert!(one.out.trim_end().ends_with(&format!("\n{} cases, {} failed", sums[0], sums[1])), "{}", one.out);
     folder.run("stress --kind Vignette --jobs 0").fails_saying(1, &["--jobs <COUNT>"]);
+    folder.run("stress --kind Vignete").fails_saying(1, &["no node kind is called `Vignete`", "`Vignette`"]);
+    folder.run("stress --kind Vignette --case rampp").fails_saying(1, &["no case is called `rampp`", "mean `ramp`?"]);
+    let unknown = folder.run("stress --kind Vignette --case zyxwvutsr");
+    let cases: Vec<&str> = unknown.err.split("the cases are ").nth(1).expect("a list").trim().split(", ").collect();
+    for case in ["`nan`", "`firefly`", "`bad-frame`", "`moving-lines`"] {
+        assert!(cases.contains(&case), "{}", unknown.err);
+    }
 }
 
 /// A process of a run that is killed has nobody to report to.

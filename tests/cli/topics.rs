@@ -1,6 +1,7 @@
 //! `nodes`: kinds are found by words of the field, and each page has a line to copy.
 
 use afterimage_graph::document::parse;
+use afterimage_graph::node::Fallback;
 
 use super::Folder;
 
@@ -105,7 +106,48 @@ fn each_page_has_a_node_to_copy() {
         assert_eq!(named(part("Outputs", "Parameters")), names(&mut kind.outputs().iter().map(|port| &*port.name)));
         let params = names(&mut kind.params().iter().map(|param| &*param.name));
         assert!(named(of_params) == params && (of_params.trim() == "none") == params.is_empty(), "{page}");
+        for param in kind.params() {
+            let facts = of_params.lines().find_map(|line| line.strip_prefix(&format!("  {}: ", param.name)));
+            let facts: Vec<&str> = facts.expect("its line").split("; ").collect();
+            let told = |fact: &str| facts.contains(&fact);
+            assert_eq!(facts[0], format!("default {}", param.default), "{page}");
+            assert!(told("a change needs a new plan") == param.replan, "{}: {page}", param.name);
+            assert!(told("can change in every frame") != param.replan, "{}: {page}", param.name);
+            assert!(told("trades accuracy for speed") == param.quality.is_some(), "{}: {page}", param.name);
+            let unit = if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) };
+            let range = param.domain.map(|(least, most)| format!("from {least} to {most}{unit}"));
+            assert!(range.is_none_or(|range| told(&range)), "{}: {page}", param.name);
+            assert!(param.neutral.as_ref().is_none_or(|value| told(&format!("neutral at {value}"))), "{page}");
+        }
+        for port in kind.inputs() {
+            let line = of_inputs.lines().find(|line| line.starts_with(&format!("  {}: ", port.name)));
+            assert_eq!(line.expect("its line").ends_with(", optional"), port.optional, "{page}");
+        }
+        for port in kind.outputs() {
+            let off = match &port.fallback {
+                Fallback::Input(input) => format!("  {} is the input `{input}`", port.name),
+                Fallback::Zero => format!("  {} is black", port.name),
+                Fallback::Absent => format!("  {} is absent, and what needs it is off too", port.name),
+            };
+            let told = page.split_once("\nWhen it is off\n").expect("a heading").1;
+            assert!(told.lines().any(|line| line == off), "{off}: {page}");
+        }
         let is_short = |line: &str| !line.starts_with("      ") || line.chars().count() <= 100;
         assert!(page.lines().all(is_short), "{page}");
     }
+}
+
+#[test]
+fn the_list_has_each_kind_with_its_first_words() {
+    let folder = Folder::new("kinds");
+    let list = folder.run("nodes").good();
+    for kind in afterimage_nodes::ALL {
+        let lines = || list.lines().filter(|line| line.split(' ').next() == Some(kind.name()));
+        let words: Vec<&str> = lines().flat_map(str::split_whitespace).skip(1).take(4).collect();
+        let doc: Vec<&str> = kind.doc().split_whitespace().take(words.len()).collect();
+        assert!(lines().count() == 1 && words.len() == 4 && words == doc, "{}: {words:?}", kind.name());
+    }
+    assert_eq!(folder.run("nodes tonemap").good(), folder.run("nodes ToneMap").good(), "letters may be small");
+    folder.run("nodes vignettte").fails_saying(1, &["did you mean `Vignette`?"]);
+    folder.run("nodes histogrm").fails_saying(1, &["did you mean `Histogram`?"]);
 }

@@ -64,7 +64,7 @@ fn pictures_after_changes_are_those_of_runs_of_their_own() {
     save(&folder, &room(64, 48));
     let watching = Watching::start(&folder, "render look.ron in.exr -o out.png --watch");
     let is_alone = |what: &str| {
-        watching.says("waiting for changes");
+        watching.says("wrote `out.png`; waiting for changes");
         folder.run("render look.ron in.exr -o alone.png").good();
         let bytes = |name: &str| fs::read(folder.file(name)).expect("it is written");
         assert!(bytes("out.png") == bytes("alone.png"), "{what}");

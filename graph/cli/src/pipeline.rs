@@ -58,6 +58,7 @@ impl<'a> PipelineFile<'a> {
         let (graph, mut warnings) = self.0.check(options.tier.as_deref(), &sets)?;
         let declared: Vec<String> = self.0.facts().into_iter().map(|(name, _)| name).collect();
         check_facts(&graph, &declared, &options.facts, &mut warnings)?;
+        facts(options)?;
         Ok((graph, warnings))
     }
 

@@ -207,3 +207,20 @@ fn parse_error(text: &str) -> Result<f64, String> {
         _ => Err("an error is a number from 0, such as 0.5".into()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_in_milliseconds_and_errors_in_codes() {
+        let times = ["0.8ms", "800us", "800 µs", "0.8", "2 ms"].map(|text| parse_time(text).ok());
+        let near = |(found, wanted): (Option<f64>, f64)| found.is_some_and(|found| (found - wanted).abs() < 1e-12);
+        assert!(times.into_iter().zip([0.8, 0.8, 0.8, 0.8, 2.0]).all(near), "{times:?}");
+        for text in ["", "ms", "0", "0us", "-1ms", "1s", "inf", "NaNms"] {
+            assert!(parse_time(text).is_err(), "{text}");
+        }
+        assert_eq!(["0", "0.5"].map(|text| parse_error(text).ok()), [Some(0.0), Some(0.5)]);
+        assert!(["-0.1", "inf", "NaN", "1 code"].iter().all(|text| parse_error(text).is_err()));
+    }
+}

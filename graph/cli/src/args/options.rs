@@ -234,6 +234,30 @@ mod tests {
     }
 
     #[test]
+    fn sizes_are_columns_and_rows() {
+        let sizes = ["1920x1080", "1920X1080", "1920×1080", " 1920 x 1080 "].map(|text| parse_size(text).ok());
+        assert_eq!(sizes, [Some((1920, 1080)); 4]);
+        for text in ["", "x", "3", "0x3", "3x0", "-3x3", "3.5x3", "3x3x3", "4294967296x1"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+        assert_eq!(["24", "23.976", "0.5"].map(|text| parse_fps(text).ok()), [Some(24.0), Some(23.976), Some(0.5)]);
+    }
+
+    /// Each setting changes its own field, and none that is not named.
+    #[test]
+    fn settings_of_the_planner_are_those_that_are_named() {
+        let plain = format!("{:?}", PlanSettings::default());
+        let all = "alias=none,alias=pool,bake=still,bake=33,batches=fewest,batches=serial,bounds_checks=on,draws=on,\
+                   fuse=off,row_downsample=off";
+        let shown = |text: &str| format!("{:?}", parse_settings(text).expect("it is known"));
+        let alone: std::collections::BTreeSet<String> = all.split(',').map(shown).collect();
+        assert!(alone.len() == 10 && !alone.contains(&plain), "{alone:?}");
+        let both = parse_settings("draws=on,fuse=off").expect("they are known");
+        assert!(both.draws && !both.options.fuse && !both.options.serial && !both.bakes_stills);
+        assert!(["", "fuse=on", "bake=34", "serial"].iter().all(|text| parse_settings(text).is_err()));
+    }
+
+    #[test]
     fn sizes_of_memory_have_binary_units() {
         let bytes = |text| parse_bytes(text).map(|budget| budget.0).ok();
         assert_eq!(bytes("4G"), Some(4 << 30));

@@ -42,3 +42,28 @@ impl Times {
         lines
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_stages_are_those_of_a_frame() {
+        let ms = Duration::from_millis;
+        let times =
+            Times { start: ms(80), read: ms(30), render: ms(100), write: ms(7), all: ms(1250), ..Times::default() };
+        let passes = vec![("timed".to_owned(), Some(0.5)), ("other".to_owned(), None)];
+        let lines = Times { frames: 2, writers: 3, passes, ..times }.lines();
+        let shown = [
+            "2 frames in 1.250 s; milliseconds a frame:",
+            "  read 15.0, render 50.0, write 3.5",
+            "  the device opened in 80.0; 3 threads write",
+            "    0.5000 ms on the GPU: timed",
+            "  not timed: other",
+        ];
+        assert_eq!(lines[..5], shown);
+        assert!(lines.len() == 6 && lines[5].contains(UNTIMED), "{lines:?}");
+        let one = Times { frames: 1, writers: 1, ..Times::default() }.lines();
+        assert!(one.len() == 3 && one[0].starts_with("1 frame in ") && one[2].ends_with("in 0.0"), "{one:?}");
+    }
+}

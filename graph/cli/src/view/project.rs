@@ -175,4 +175,30 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "another text");
         fs::remove_dir_all(&folder).unwrap();
     }
+
+    /// Kinds lie beside the pipeline, and their shaders change while it is shown.
+    #[test]
+    fn kinds_beside_the_pipeline_are_known_and_read_again() {
+        let folder = std::env::temp_dir().join(format!("afterimage-own-kinds-{}", std::process::id()));
+        fs::create_dir_all(folder.join("twice")).unwrap();
+        let node = r#"Kind(name: "Twice", doc: "Doubles.", inputs: { "source": Image(doc: "Light.", accepts: [Scene]) },
+            outputs: { "result": Image(doc: "Light.", state: Same("source")) })"#;
+        let shader = |body: &str| {
+            let text = format!("fn twice(source: vec4f) -> vec4f {{ {body} }}\n");
+            fs::write(folder.join("twice/twice.wgsl"), text).unwrap();
+        };
+        fs::write(folder.join("twice/node.ron"), node).unwrap();
+        shader("return 2.0 * source;");
+        let path = folder.join("mine.ron");
+        let text = r#"Pipeline(inputs: { "in": Color }, nodes: { "a": Twice(source: "in") }, outputs: { "out": "a" })"#;
+        fs::write(&path, text).unwrap();
+        let mut project = at(&path);
+        let checked = project.check(text, None).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(checked.graph.nodes[0].kind().name(), "Twice");
+        shader("return nothing;");
+        project.forget(&[folder.join("twice/twice.wgsl")].into());
+        let errors = project.check(text, None).err().expect("the shader is read again").to_string();
+        assert!(errors.contains("nothing") && errors.contains("twice.wgsl:1"), "{errors}");
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use afterimage_graph::check::{CheckOptions, Graph, Loader, check};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics};
 use afterimage_graph::document::parse;
+use afterimage_graph::image::Format;
 use afterimage_graph::node::Registry;
 
 use super::kinds;
@@ -282,6 +283,18 @@ fn each_mistake_is_reported_once_where_it_is_and_with_what_helps() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_list_in_a_hint_has_all_that_there_is() {
+    let formats = Format::ALL.map(Format::name).to_vec();
+    let bakes = vec!["Off", "Auto", "33", "48", "64"];
+    for (field, names) in [("format: 3", &formats), ("format: Zyx", &formats), ("bake: 7", &bakes)] {
+        let text = pipeline(&format!(r#""a": Tint(source: "s", {field})"#), "a", "");
+        let told = Files::default().told(&text);
+        let [[_, _, _, help]] = &told[..] else { panic!("{field}: {told:?}") };
+        assert_eq!(&help.split('`').skip(1).step_by(2).collect::<Vec<_>>(), names, "{field}: {help}");
+    }
 }
 
 /// What differs from a mistake in one thing only is none.
