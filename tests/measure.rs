@@ -334,10 +334,14 @@ fn tuning_writes_a_tier_that_keeps_its_promise() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tuned_tier_claims_what_is_measured() {
     let folder = Folder::new("claim");
-    folder.picture("in.exr", 0);
+    // The lamp, which makes errors, is in the second frame of a sequence only.
+    for (name, frame) in [("in.exr", 1000), ("shot.0.exr", 1000), ("shot.1.exr", 0)] {
+        folder.picture(name, frame);
+    }
     let (out, json, state) = (folder.arg("tuned.ron"), folder.arg("out.json"), folder.arg("state.json"));
-    assert!(tuned(&folder, &["--error", "1000", "-o", &out, "--state", &state]));
-    assert!(run(&["measure", &out, &folder.arg("in.exr"), "--tiers", "--repeats", "1", "--json", &json]));
+    let shot = folder.arg("shot.#.exr");
+    assert!(tuned(&folder, &[&shot, "--error", "1000", "-o", &out, "--state", &state]));
+    assert!(run(&["measure", &out, &folder.arg("in.exr"), &shot, "--tiers", "--repeats", "1", "--json", &json]));
     let claim = folder.text("tuned.ron");
     let claim = claim.split("p999: ").nth(1).and_then(|rest| rest.split(',').next());
     let claim: f64 = claim.and_then(|claim| claim.parse().ok()).expect("the file states its error");

@@ -60,6 +60,17 @@ fn a_picture_has_the_same_pixels_in_bands() {
     folder.run("render tsushima tall.exr -o none.png --gpu-memory 1M").fails_saying(1, &["may take at most 1.0 MiB"]);
 }
 
+/// What a sweep leaves is freed before the next one.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_picture_in_bands_takes_no_more_memory_than_it_may() {
+    let folder = Folder::new("band-memory");
+    write_image(&folder.file("wide.exr"), &room(803, 3001), &Encoding::EXR).expect("it can be written");
+    let notes = folder.run("render tsushima wide.exr -o out.png --gpu-memory 64M").notes();
+    let taken = notes.split(" sweeps, with ").nth(1).and_then(|rest| rest.split(' ').next()).expect("it is said");
+    assert!(taken.parse::<u32>().is_ok_and(|taken| (16..=64).contains(&taken)), "{notes}");
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_memory_of_the_host_bounds_the_rows_of_bands() {

@@ -8,7 +8,7 @@ use afterimage_base::diagnostic::{
     Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, is_control, list, nearest, quote, shown,
 };
 use afterimage_base::image::{Format, ImageDesc, Size};
-use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value};
+use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value, When};
 
 #[test]
 fn no_side_of_a_size_is_zero() {
@@ -34,6 +34,19 @@ fn the_aspect_of_a_size_is_its_width_over_its_height() {
         [(16, 9), (9, 16), (640, 640), (1, 8192)].map(|(w, h)| Size::new(w, h).aspect()),
         [16.0 / 9.0, 0.5625, 1.0, 1.0 / 8192.0]
     );
+}
+
+#[test]
+fn a_condition_says_in_words_when_it_holds() {
+    let values = || vec![Value::Choice("One"), Value::Int(2), Value::Bool(true)];
+    for (condition, words) in [
+        (When::OneOf("a".into(), values()), "`a` is One or 2 or true"),
+        (When::NoneOf("a".into(), values()), "`a` is not One or 2 or true"),
+        (When::Wired("b".into(), true), "`b` is wired"),
+        (When::Wired("b".into(), false), "`b` is not wired"),
+    ] {
+        assert_eq!(condition.to_string(), words);
+    }
 }
 
 /// Each type takes its own values within its domain, up to both ends, and nothing else.

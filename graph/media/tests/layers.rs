@@ -180,6 +180,12 @@ fn what_cannot_be_kept_is_said() {
     assert_eq!(notes, [format!("left out: `albedo.B`, `albedo.G`, `albedo.R`; {why}")]);
     let left = ["A", "B", "G", "R", "Z", "id", "object00.B", "object00.G", "object00.R"];
     assert_eq!(names(&image, 0, &PICTURE), left);
+    let parts = [("beauty", "R:h G:h B:h"), ("sky", "R:h G:h B:h"), ("depth", "Z:f")];
+    let parts = parts.map(|(name, channels)| part(name, channels, Layout::FAST_LOSSLESS)).into();
+    let (image, notes) = beside(&folder, &write(&folder, wide(), parts), None, &rec2020);
+    assert_eq!(notes, [format!("left out: part `sky`; {why}")]);
+    assert_eq!(image.layer_data.len(), 2, "the picture and its depth");
+    let path = write(&folder, wide(), vec![part("", CROWDED, Layout::FAST_LOSSLESS)]);
     let lossy = Encoding { compression: ExrCompression::Pxr24, ..Encoding::EXR };
     let (_, notes) = beside(&folder, &path, None, &lossy);
     assert_eq!(notes, ["the compression pxr24 changes channels that are kept"]);

@@ -35,6 +35,20 @@ fn upsample_joins_levels_as_its_cpu_reference() {
     check(&nodes("spread: 1.0"), SAMPLED, |image| bloom::lerp_chain(&mips(image), 1.0, Up::Tent, 1.0));
 }
 
+/// Where the border repeats, light that is the same everywhere stays so up to the border.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_repeated_border_keeps_a_constant() {
+    let [scene, half] = [(41, 24), (20, 12)].map(|(w, h)| Picture::new(w, h, |_, _| [0.5, 0.25, 2.0, 1.0]));
+    for rest in ["blend: Add", "blend: Add, smooth: true", "blend: Mix, filter: Bilinear", "blend: Mix, smooth: true"] {
+        let nodes = format!(
+            r#""mips": Downsample(source: "scene", levels: 3, border: Edge),
+            "result": Upsample(source: "mips", border: Edge, {rest})"#
+        );
+        check_on(&nodes, &scene, &image(&half), SAMPLED);
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn levels_that_are_not_normalized_are_summed() {

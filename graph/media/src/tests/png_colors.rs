@@ -44,6 +44,13 @@ fn light(color: Colorimetry) -> [f64; 3] {
     (color.primaries.conversion(&Chromaticities::REC709) * glam::DVec3::from(light)).to_array()
 }
 
+#[test]
+fn a_text_of_any_length_is_passed_over() {
+    let p3 = chunk(b"cICP", &[12, 13, 0, 1]);
+    let short = read(&with(&[chunk(b"tEXt", b"a\0b"), p3.clone()]));
+    assert!(short == read(&with(&[chunk(b"tEXt", &vec![b'a'; (1 << 24) + 9]), p3])) && short.stated.is_some());
+}
+
 /// PNG, third edition, 4.3: the first chunk that is understood counts.
 #[test]
 fn a_chunk_that_is_not_understood_gives_way_to_the_next() {

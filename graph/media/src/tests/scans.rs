@@ -131,6 +131,57 @@ fn the_arrangement_of_scans_changes_no_pixel() {
     assert!((code - 112.0).abs() < 0.5, "{code}");
 }
 
+/// A progressive gray file of a row of blocks, each with one coefficient of -1, 0 or 1 besides its level. Blocks that
+/// end are counted together or one by one.
+fn progressive(blocks: &[i32], in_runs: bool) -> Vec<u8> {
+    let width = (8 * blocks.len() as u16).to_be_bytes();
+    // Codes of four bits: the ends of one block, of up to 3 and of up to 7, and a coefficient of one bit.
+    let ends = [&[0x10, 0, 0, 0, 4][..], &[0; 12], &[0x00, 0x10, 0x20, 0x01]].concat();
+    let mut file = vec![0xff, 0xd8];
+    file.extend(segment(0xdb, &[&[0][..], &[8; 64]].concat()));
+    file.extend(segment(0xc4, &[&[0, 1][..], &[0; 15], &[0]].concat()));
+    file.extend(segment(0xc4, &ends));
+    file.extend(segment(0xc2, &[8, 0, 8, width[0], width[1], 1, 1, 0x11, 0]));
+    let mut scan = |band: [u8; 2], mut data: Data| {
+        file.extend(segment(0xda, &[1, 1, 0, band[0], band[1], 0]));
+        data.restart(0);
+        file.extend(&data.bytes[..data.bytes.len() - 2]);
+    };
+    let (mut levels, mut others) = (Data::default(), Data::default());
+    blocks.iter().for_each(|_| levels.put(0, 1));
+    scan([0, 0], levels);
+    let mut at = 0;
+    while at < blocks.len() {
+        if blocks[at] != 0 {
+            others.put(3, 4);
+            others.put(u32::from(blocks[at] > 0), 1);
+        }
+        let empty = blocks[at + 1..].iter().take_while(|coefficient| **coefficient == 0).count();
+        let ended = if in_runs { 1 + empty.min(6) as u32 } else { 1 };
+        let size = ended.ilog2();
+        others.put(size, 4);
+        others.put(ended - (1 << size), size);
+        at += ended as usize;
+    }
+    scan([1, 63], others);
+    file.extend([0xff, 0xd9]);
+    file
+}
+
+/// Section G.1.2.2 of ITU-T T.81.
+#[test]
+fn empty_blocks_may_be_counted_together() {
+    for blocks in [&[1, 0, -1, 0, 0, 1, 1, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 1][..], &[0, 0, 1], &[0, 1, 0]] {
+        let [together, alone] = [true, false].map(|in_runs| read(&progressive(blocks, in_runs)).unwrap());
+        assert!(together == alone, "{blocks:?}");
+        let rises = |block: u32| alone.pixel(8 * block, 0)[0] - alone.pixel(8 * block + 7, 0)[0];
+        for (block, coefficient) in (0..).zip(blocks) {
+            let found = rises(block);
+            assert!(found * *coefficient as f32 > 0.0 || (found == 0.0 && *coefficient == 0), "{block}: {found}");
+        }
+    }
+}
+
 #[test]
 fn a_jpeg_of_another_process_is_not_supported_and_one_with_less_data_is_damaged() {
     let good = file([20, 9], &SAMPLINGS[3], &[&[0, 1, 2]], 0);
