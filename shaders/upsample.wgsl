@@ -140,7 +140,7 @@ fn upsample_five(a: vec4f, b: vec4f, c: vec4f, d: vec4f, e: vec4f) -> vec4f {
     return (a + e) * (1.0 / 11.0) + (b + d) * (8.0 / 33.0) + c * (1.0 / 3.0);
 }
 
-// Rows and columns of texels are numbered from the upper left one of those around the workgroup.
+// Puts the texel at an index of the tile, whose upper left one is `first`, into the memory of the workgroup.
 fn upsample_fill(
     level: texture_2d<f32>,
     coarser: texture_2d<f32>,
