@@ -79,6 +79,7 @@ pub(crate) fn run(
 ) -> Result<(), Failure> {
     let start = Instant::now();
     let mut prepared = prepare(args, tables, targets)?;
+    existing::check_films(&prepared)?;
     let mut report = Report::default();
     if args.skip_existing {
         let (done, has_state) = existing::done(&prepared);

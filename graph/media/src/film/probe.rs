@@ -79,7 +79,8 @@ impl Film {
             return Err(at(no_layers(layer)));
         }
         let entries = "stream=codec_name,width,height,pix_fmt,time_base,color_range,color_space,color_transfer,\
-                       color_primaries,field_order,sample_aspect_ratio,r_frame_rate,avg_frame_rate:stream_side_data=rotation:\
+                       color_primaries,field_order,sample_aspect_ratio,r_frame_rate,avg_frame_rate:\
+                       stream_side_data=rotation:\
                        stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE:format=start_time";
         let text =
             probe(path, &["-select_streams", "v:0", "-show_entries", entries, "-of", "default=noprint_wrappers=1"])?;
