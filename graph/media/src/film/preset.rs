@@ -95,8 +95,8 @@ impl Preset {
     /// # Errors
     /// A side is odd.
     pub fn check_size(&self, path: &Path, (width, height): (u32, u32), more: &[String]) -> Result<(), FileError> {
-        let may_be_others =
-            more.iter().any(|word| ["-pix_fmt", "-vf", "-filter", "-c"].iter().any(|o| word.starts_with(o)));
+        let of_samples = ["-pix_fmt", "-vf", "-filter", "-c:", "-codec", "-vcodec"];
+        let may_be_others = more.iter().any(|word| of_samples.iter().any(|option| word.starts_with(option)));
         let is_even = width.is_multiple_of(2) && height.is_multiple_of(2);
         if !self.samples.contains("420") || is_even || may_be_others {
             return Ok(());
