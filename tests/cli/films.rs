@@ -141,24 +141,27 @@ fn a_file_of_another_format_is_told_the_way_in() {
 }
 
 /// Programs by the names of `ffmpeg` and `ffprobe`: one notes its words, and hands on its input, or the frames of a
-/// film; the other says what a film is.
+/// film; with a file `short` it ends well after a part, and says what is there. The other says what a film is.
 #[cfg(unix)]
 const PROGRAMS: [(&str, &str); 2] = [
     (
         "ffmpeg",
         "#!/bin/sh\n[ \"$1\" = -version ] && exit\ncase \"$*\" in *rawvideo*) exec cat film.raw;; esac\n\
-         printf '%s\\n' \"$@\" > words\nfor last; do :; done\nexec cat > \"${last#file:}\"\n",
+         printf '%s\\n' \"$@\" > words\nfor last; do :; done\ncat > all\n\
+         if [ -e short ]; then head -c 1000 all; cat short >&2; else cat all; fi > \"${last#file:}\"\n",
     ),
     (
         "ffprobe",
-        "#!/bin/sh\ncase \"$*\" in *packet=*) cat film.times;; *'-select_streams a'*) echo pcm_s16le;; \
-         *) cat film.stated;; esac\n",
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit\nfor last; do :; done\n\
+         case \"$*\" in *packet=*in.mov) cat film.times;; \
+         *packet=*) LC_ALL=C grep -aoP '\\x1f\\x43\\xb6\\x75' \"${last#file:}\" | sed 's/.*/0,K__/';; \
+         *'-select_streams a'*) echo pcm_s16le;; *) cat film.stated;; esac\n",
     ),
 ];
 
 /// Runs a line with these programs. Returns what it says, and the words for `ffmpeg`.
 #[cfg(unix)]
-fn with_programs(folder: &Folder, line: &str) -> (String, Vec<String>) {
+fn with_programs(folder: &Folder, line: &str) -> (Outcome, Vec<String>) {
     for (name, text) in PROGRAMS {
         folder.with(&format!("{name}.text"), text.as_bytes());
         // A program that this process writes could still be open in a child of another test, and not be started.
@@ -169,7 +172,7 @@ fn with_programs(folder: &Folder, line: &str) -> (String, Vec<String>) {
     let path = format!("{}:/usr/bin:/bin", folder.file("programs").display());
     let output = folder.command(line).env("PATH", path).output().expect("the program starts");
     let words = std::fs::read_to_string(folder.file("words")).unwrap_or_default();
-    (Outcome::of(&output).notes(), words.lines().map(str::to_owned).collect())
+    (Outcome::of(&output), words.lines().map(str::to_owned).collect())
 }
 
 /// The word after an option.
@@ -206,7 +209,9 @@ fn colors_choose_the_codec_and_its_codes() {
         ("Hlg, primaries: Rec2020", "libx265", ["9", "18", "9"]),
     ] {
         folder.with("color.ron", GRADE.replace("Srgb", encoding).as_bytes());
-        let (_, words) = with_programs(&folder, "render color.ron shot.#.exr -o out.mp4 --fps 25 --output display");
+        let (outcome, words) =
+            with_programs(&folder, "render color.ron shot.#.exr -o out.mp4 --fps 25 --output display");
+        outcome.good();
         let found = ["-color_primaries", "-color_trc", "-colorspace"].map(|option| after(&words, option));
         assert_eq!((after(&words, "-c:v"), found, after(&words, "-f")), (codec, codes, "matroska"), "{encoding}");
         assert_eq!(after(&words, "-color_range"), "tv");
@@ -234,7 +239,8 @@ fn a_part_of_a_film_has_its_times_and_its_sound() {
     // Black, middle gray, white, black, without a color.
     let film = [16, 126, 235, 16].map(|luma| [[luma; 144], [128; 144], [128; 144]]);
     folder.with("film.raw", film.as_flattened().as_flattened());
-    let (said, words) = with_programs(&folder, "render grade.ron in.mov -o out.mp4 --frames 2-3 --output display");
+    let (outcome, words) = with_programs(&folder, "render grade.ron in.mov -o out.mp4 --frames 2-3 --output display");
+    let said = outcome.notes();
     assert!(said.contains("the sound is encoded as AAC"), "{said}");
     for (option, wanted) in [
         ("-ss", "0.041708"),
@@ -253,4 +259,26 @@ fn a_part_of_a_film_has_its_times_and_its_sound() {
     let luma = |frame: &[u8]| u16::from_le_bytes([frame[0], frame[1]]);
     let [gray, white] = [0, 1].map(|at| luma(&found[at].1));
     assert!((300..700).contains(&gray) && white > gray + 100, "{gray} and {white}");
+}
+
+/// A version of `ffmpeg` ends well on a full disk.
+#[test]
+#[cfg(unix)]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_film_without_an_end_replaces_nothing() {
+    let folder = folder("film-short");
+    for (said, error) in [
+        ("Error writing trailer of a.mov: No space left on device", "out.mov: the disk is full\n  hint: make room"),
+        ("", "out.mov: the film was written, but has 1 of 2 frames"),
+    ] {
+        folder.with("out.mov", b"the film that was there");
+        folder.with("short", said.as_bytes());
+        let (outcome, _) = with_programs(&folder, "render grade.ron shot.#.exr -o out.mov --json out.json");
+        outcome.fails_saying(2, &[error]);
+        assert_eq!(std::fs::read(folder.file("out.mov")).expect("a file"), b"the film that was there");
+        let json = std::fs::read_to_string(folder.file("out.json")).expect("a report");
+        let words = error.split('\n').next().unwrap_or_default();
+        assert!(json.contains(&format!("\"failure\": \"{words}")) && json.contains("\"unwritten\": 2"), "{json}");
+        assert!(!json.contains("\"good\": 2") && !json.contains("\"outcome\": \"good\""), "{json}");
+    }
 }

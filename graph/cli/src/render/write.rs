@@ -109,7 +109,10 @@ pub(super) fn write_all(
         };
         let saved = saved.map(|notes| queue.print_notes(&notes));
         let error = saved.as_ref().err().map(Failure::message);
-        written.lock().expect("no writer panics with the lock").push((rendered.index, error));
+        // A frame of a film is there when the film is.
+        if error.is_some() || request.targets[rendered.target].film.is_none() {
+            written.lock().expect("no writer panics with the lock").push((rendered.index, error));
+        }
         match saved {
             Err(failure) if request.args.keep_going => failure.print(),
             saved => {
@@ -124,13 +127,13 @@ pub(super) fn write_all(
         }
     }
     let start = Instant::now();
-    films.finish(request)?;
+    films.finish(request, written)?;
     Ok(busy + start.elapsed())
 }
 
-/// The films that are written, by their files.
+/// The films that are written, by their files, and the jobs of their frames.
 #[derive(Default)]
-struct OpenFilms(BTreeMap<PathBuf, (FilmWriter, usize)>);
+struct OpenFilms(BTreeMap<PathBuf, (FilmWriter, Vec<usize>)>);
 
 impl OpenFilms {
     /// Writes a frame of a film; the first one begins it. Returns sentences about what is changed.
@@ -147,21 +150,23 @@ impl OpenFilms {
             let size = (texels.desc.size.width, texels.desc.size.height);
             let (times, sound) = request.timeline();
             let (film, changed) = FilmWriter::create(path, size, colors, (*preset, more), times, sound.as_ref())?;
-            self.0.insert(path.to_owned(), (film, 0));
+            self.0.insert(path.to_owned(), (film, Vec::new()));
             notes = changed;
         }
-        let (film, count) = self.0.get_mut(path).expect("it is open");
+        let (film, jobs) = self.0.get_mut(path).expect("it is open");
         film.write(request.index_in_film(index), &texels.to_floats())?;
-        *count += 1;
+        jobs.push(index);
         Ok(notes)
     }
 
     /// Ends the films that have all frames; others leave nothing.
-    fn finish(self, request: &Request<'_>) -> Result<(), Failure> {
+    fn finish(self, request: &Request<'_>, written: &Written) -> Result<(), Failure> {
         let all = request.jobs.iter().filter(|job| job.is_written).count();
-        for (film, count) in self.0.into_values() {
-            if count == all || request.args.keep_going {
+        for (film, jobs) in self.0.into_values() {
+            if jobs.len() == all || request.args.keep_going {
                 film.finish()?;
+                let mut written = written.lock().expect("no writer panics with the lock");
+                written.extend(jobs.into_iter().map(|index| (index, None)));
             }
         }
         Ok(())

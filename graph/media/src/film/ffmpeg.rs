@@ -39,11 +39,16 @@ impl Process {
     /// Waits for the end, after its pipes are closed.
     ///
     /// # Errors
-    /// It failed; the error has its last message.
+    /// It failed; the error has its first message.
     pub(super) fn finish(&mut self) -> Result<(), FileError> {
         drop(self.child.stdin.take());
         let status = self.child.wait().map_err(|error| FileError::reading(&self.path, &error))?;
-        if status.success() { Ok(()) } else { Err(self.failure()) }
+        let messages = self.messages();
+        // Up to version 6 it ends well where it cannot write the end of a file.
+        if status.success() && !messages.contains("Error writing") {
+            return Ok(());
+        }
+        Err(refused(&self.path, "ffmpeg", &messages))
     }
 
     /// The error of a run that ended early.
@@ -51,8 +56,13 @@ impl Process {
         drop(self.child.stdin.take());
         let _ = self.child.kill();
         let _ = self.child.wait();
-        let messages = self.messages.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        let messages = self.messages();
         refused(&self.path, "ffmpeg", &messages)
+    }
+
+    /// All that it has said, after its end.
+    fn messages(&mut self) -> String {
+        self.messages.take().and_then(|thread| thread.join().ok()).unwrap_or_default()
     }
 }
 
@@ -72,14 +82,16 @@ fn read_messages(mut errors: ChildStderr) -> String {
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// Refuses to begin a film where there is no `ffmpeg`.
+/// Refuses to begin a film where there is no `ffmpeg`, which writes it, or no `ffprobe`, which judges it.
 ///
 /// # Errors
 /// There is none.
 pub fn require(path: &Path) -> Result<(), FileError> {
-    let mut command = Command::new("ffmpeg");
-    command.arg("-version").stdin(Stdio::null());
-    command.output().map(drop).map_err(|error| no_program(path, "ffmpeg", &error))
+    ["ffmpeg", "ffprobe"].into_iter().try_for_each(|program| {
+        let mut command = Command::new(program);
+        command.arg("-version").stdin(Stdio::null());
+        command.output().map(drop).map_err(|error| no_program(path, program, &error))
+    })
 }
 
 /// What `ffprobe` prints about a film.
@@ -109,7 +121,17 @@ fn no_program(path: &Path, program: &str, error: &std::io::Error) -> FileError {
         .hint("install `ffmpeg`, from 5.1 on; or use numbered images: `frame.####.png`")
 }
 
+/// Errors of writing, as the C library words them.
+const OF_WRITING: [(&str, IoErrorKind); 3] = [
+    ("No space left on device", IoErrorKind::StorageFull),
+    ("Disk quota exceeded", IoErrorKind::QuotaExceeded),
+    ("File too large", IoErrorKind::FileTooLarge),
+];
+
 fn refused(path: &Path, program: &str, messages: &str) -> FileError {
+    if let Some((_, kind)) = OF_WRITING.iter().find(|(words, _)| messages.contains(words)) {
+        return FileError::writing(path, &(*kind).into());
+    }
     // The last message is often a consequence of the first.
     let first = messages.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("without a message");
     FileError::new(path, ErrorKind::Broken, format!("`{program}` has failed: {first}"))

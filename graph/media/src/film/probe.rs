@@ -217,6 +217,19 @@ impl<'a> Stated<'a> {
     }
 }
 
+/// The number of frames that a film has and shows.
+pub(super) fn count_frames(path: &Path) -> Result<usize, FileError> {
+    Ok(frame_times(path)?.len())
+}
+
+/// The time of each frame that is shown, as `ffprobe` writes it.
+fn frame_times(path: &Path) -> Result<Vec<String>, FileError> {
+    let text = probe(path, &["-select_streams", "v:0", "-show_entries", "packet=pts,flags", "-of", "csv=p=0"])?;
+    // A packet with D is decoded and not shown.
+    let shown = text.lines().filter_map(|line| line.split_once(',')).filter(|(_, flags)| !flags.contains('D'));
+    Ok(shown.map(|(time, _)| time.to_owned()).collect())
+}
+
 /// The times of all frames that are shown.
 fn times(path: &Path, stated: &Stated<'_>) -> Result<Timeline, FileError> {
     let broken = |what: &str| FileError::new(path, ErrorKind::Broken, what);
@@ -224,10 +237,7 @@ fn times(path: &Path, stated: &Stated<'_>) -> Result<Timeline, FileError> {
     let tick = base.and_then(|(share, second)| Some((share.parse().ok()?, second.parse().ok()?)));
     let tick: (u64, u64) =
         tick.filter(|(share, second)| *share > 0 && *second > 0).ok_or_else(|| broken("it has no times"))?;
-    let text = probe(path, &["-select_streams", "v:0", "-show_entries", "packet=pts,flags", "-of", "csv=p=0"])?;
-    // A packet with D is decoded and not shown.
-    let shown = text.lines().filter_map(|line| line.split_once(',')).filter(|(_, flags)| !flags.contains('D'));
-    let ticks = shown.map(|(time, _)| time.parse().ok()).collect::<Option<Vec<i64>>>();
+    let ticks = frame_times(path)?.iter().map(|time| time.parse().ok()).collect::<Option<Vec<i64>>>();
     let mut ticks = ticks.filter(|ticks| !ticks.is_empty()).ok_or_else(|| broken("its frames have no times"))?;
     ticks.sort_unstable();
     let start = stated.get("start_time").parse().unwrap_or(0.0) * tick.1 as f64 / tick.0 as f64;

@@ -11,7 +11,7 @@ use super::Film;
 use super::ffmpeg::{FILES_ONLY, Process, named, probe};
 use super::matroska;
 use super::preset::Preset;
-use super::probe::DISPLAY;
+use super::probe::{DISPLAY, count_frames};
 use super::timecode;
 use super::timeline::Timeline;
 use crate::codec::cicp::Cicp;
@@ -54,12 +54,16 @@ impl Sound {
 pub struct FilmWriter {
     path: PathBuf,
     file: AtomicFile,
+    /// The file that the encoder writes, until it takes its place.
+    temporary: PathBuf,
     process: Process,
     frames: BufWriter<ChildStdin>,
     layout: Layout,
     weights: Weights,
     times: Timeline,
     pixels: usize,
+    /// The number of frames that are written.
+    count: usize,
 }
 
 impl FilmWriter {
@@ -77,7 +81,7 @@ impl FilmWriter {
         sound: Option<&Sound>,
     ) -> Result<(Self, Vec<String>), FileError> {
         let tags = Tags::of(color).map_err(|error| FileError::at(path, error))?;
-        let (file, to) = AtomicFile::for_program(path)?;
+        let (file, temporary) = AtomicFile::for_program(path)?;
         let mut words = Vec::new();
         let mut add = |all: &[&str]| words.extend(all.iter().map(OsString::from));
         // A film that begins with a part keeps the distance of its sound.
@@ -128,7 +132,7 @@ impl FilmWriter {
         add(&["-video_track_timescale", &second]);
         add(&preset.options(path));
         add(&more.iter().map(String::as_str).collect::<Vec<_>>());
-        words.push(named(&to));
+        words.push(named(&temporary));
         let mut process = Process::start(path, &words)?;
         let input = process.child.stdin.take().expect("it is a pipe");
         let layout = preset.layout();
@@ -138,8 +142,8 @@ impl FilmWriter {
             return Err(process.failure());
         }
         let pixels = size.0 as usize * size.1 as usize;
-        let film = Self { path: path.into(), file, process, frames, layout, weights: tags.weights(), times, pixels };
-        Ok((film, notes))
+        let (path, weights) = (path.into(), tags.weights());
+        Ok((Self { path, file, temporary, process, frames, layout, weights, times, pixels, count: 0 }, notes))
     }
 
     /// Writes the next frame, that of this index of the times. Its signals are those of the colors of the film.
@@ -159,21 +163,28 @@ impl FilmWriter {
         if matroska::frame(&mut self.frames, time, &frame).is_err() {
             return Err(self.process.failure());
         }
+        self.count += 1;
         Ok(())
     }
 
-    /// Ends the film, and puts it at its place.
+    /// Ends the film, and puts it at its place if it has all frames.
     ///
     /// # Errors
-    /// The encoder fails, or the file cannot be replaced.
+    /// The encoder fails, the film cannot be read again, or the file cannot be replaced: the file that was there stays.
     pub fn finish(self) -> Result<(), FileError> {
-        let Self { mut process, frames, file, .. } = self;
+        let Self { path, mut process, frames, file, temporary, count, .. } = self;
         match frames.into_inner() {
             Ok(input) => drop(input),
             Err(_) => return Err(process.failure()),
         }
         process.finish()?;
-        file.finish()
+        let unreadable = |what| FileError::new(&path, ErrorKind::Machine, format!("the film was written, but {what}"));
+        match count_frames(&temporary) {
+            Ok(found) if found == count => file.finish(),
+            Ok(found) => Err(unreadable(format!("has {found} of {count} frames"))
+                .hint("leave options of `--video` out that drop frames, or choose another codec")),
+            Err(error) => Err(unreadable(format!("cannot be read again: {}", error.message))),
+        }
     }
 }
 
