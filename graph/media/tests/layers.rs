@@ -243,3 +243,18 @@ fn what_a_file_has_besides_its_picture_is_named() {
     write_image(&folder.file("plain.png"), (png, Samples::Float(&values)), &Encoding::PNG).unwrap();
     assert_eq!(named(folder.file("plain.png"), None), Vec::<String>::new());
 }
+
+/// Parts with fewer channels than that of the picture, or with names of its channels.
+#[test]
+fn a_part_with_one_channel_stays_beside_its_picture() {
+    let folder = Folder::new("layers-few");
+    for other in ["Z:f", "Y:f", "R:h", "id:u", "X:f Y:f"] {
+        let (full, few) = (part("beauty", "R:h G:h B:h", tiles()), part("few", other, tiles()));
+        for (parts, picture) in [([full.clone(), few.clone()], 1), ([few, full], 0)] {
+            let path = write(&folder, wide(), parts.into());
+            let (image, _) = beside(&folder, &path, Some("few"), &Encoding::EXR);
+            assert!(names(&image, picture, &PICTURE).contains(&"R".to_owned()), "{other}");
+            assert_eq!(names(&image, 1 - picture, &[]), ["B", "G", "R"], "{other}");
+        }
+    }
+}

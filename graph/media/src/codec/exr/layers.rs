@@ -135,9 +135,8 @@ impl PreservedLayers {
             kept.leave_out(headers, |_, _| true, "the file has pixels of a part of its window only, or beside it");
         }
         let names = written_names(header, &choice);
-        let is_taken = |index, channel: usize| {
-            let name = headers[part].channels.list[channel].name.to_string();
-            index == part && names.contains(&name)
+        let is_taken = |index: usize, channel: usize| {
+            index == part && names.contains(&headers[index].channels.list[channel].name.to_string())
         };
         kept.leave_out(headers, is_taken, "the picture has channels of that name");
         kept.choose_primaries(headers, encoding, reading)?;
