@@ -79,8 +79,9 @@ impl Film {
             return Err(at(no_layers(layer)));
         }
         let entries = "stream=codec_name,width,height,pix_fmt,time_base,color_range,color_space,color_transfer,\
-                       color_primaries,field_order,sample_aspect_ratio:stream_side_data=rotation:\
-                       stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE:format=start_time";
+                       color_primaries,field_order,sample_aspect_ratio,r_frame_rate,avg_frame_rate:\
+                       stream_side_data=rotation:stream_tags=timecode,TIMECODE:format_tags=timecode,TIMECODE:\
+                       format=start_time";
         let text =
             probe(path, &["-select_streams", "v:0", "-show_entries", entries, "-of", "default=noprint_wrappers=1"])?;
         let stated = Stated::of(&text);
@@ -144,6 +145,13 @@ impl<'a> Stated<'a> {
     /// An empty text for what is not stated.
     fn get(&self, name: &str) -> &'a str {
         self.0.get(name).copied().unwrap_or_default()
+    }
+
+    /// Two numbers above 0.
+    fn fraction(&self, name: &str) -> Option<(u64, u64)> {
+        let (above, below) = self.get(name).split_once('/')?;
+        let (above, below) = (above.parse().ok()?, below.parse().ok()?);
+        (above > 0 && below > 0).then_some((above, below))
     }
 
     fn size(&self) -> Option<(u32, u32)> {
@@ -233,16 +241,13 @@ fn frame_times(path: &Path) -> Result<Vec<String>, FileError> {
 /// The times of all frames that are shown.
 fn times(path: &Path, stated: &Stated<'_>) -> Result<Timeline, FileError> {
     let broken = |what: &str| FileError::new(path, ErrorKind::Broken, what);
-    let base = stated.get("time_base").split_once('/');
-    let tick = base.and_then(|(share, second)| Some((share.parse().ok()?, second.parse().ok()?)));
-    let tick: (u64, u64) =
-        tick.filter(|(share, second)| *share > 0 && *second > 0).ok_or_else(|| broken("it has no times"))?;
+    let tick = stated.fraction("time_base").ok_or_else(|| broken("it has no times"))?;
     let ticks = frame_times(path)?.iter().map(|time| time.parse().ok()).collect::<Option<Vec<i64>>>();
     let mut ticks = ticks.filter(|ticks| !ticks.is_empty()).ok_or_else(|| broken("its frames have no times"))?;
     ticks.sort_unstable();
-    let start = stated.get("start_time").parse().unwrap_or(0.0) * tick.1 as f64 / tick.0 as f64;
-    let first = ticks[0];
-    Ok(Timeline { tick, ticks, start: (start.round() as i64).min(first) })
+    let start = stated.get("start_time").parse().unwrap_or(0.0);
+    let rates: Vec<_> = ["r_frame_rate", "avg_frame_rate"].iter().filter_map(|name| stated.fraction(name)).collect();
+    Ok(Timeline::of_film(tick, ticks, start, &rates))
 }
 
 fn unsupported(what: impl Into<String>) -> CodecError {
