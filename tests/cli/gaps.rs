@@ -47,9 +47,28 @@ fn a_frame_before_or_black_takes_the_place_of_a_missing_one() {
     let notes = folder.run(&format!("{run} --missing black --frames 1-6")).notes();
     assert!(notes.contains("note: frames 3-4,6 of input `scene` are missing: black takes their place"), "{notes}");
     assert_eq!(lights(&folder, 6), [2.0, 4.0, 0.0, 0.0, 10.0, 0.0]);
-    folder
-        .run(&format!("{run} --missing hold --frames 0-2"))
-        .fails(1, "error: shot.0000.exr: frame 0 is missing\n  hint: no frame before it can take its place");
+    folder.run(&format!("{run} --missing hold --frames 0-2")).fails_saying(
+        1,
+        &["error: shot.0000.exr: frame 0 is missing\n  hint: no frame before it can take its place; `"],
+    );
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn black_takes_the_place_of_frames_before_the_first() {
+    let folder = shot("gaps-before", &[1, 2, 3, 4]);
+    let name = |frame: u32| folder.file(&format!("shot.{frame:04}.exr"));
+    fs::rename(name(4), folder.file("over.0002.exr")).expect("a file");
+    let lights = |frames| made(&folder, frames).iter().map(|(light, ..)| *light).collect::<Vec<_>>();
+    folder.run("render twice.ron shot.####.exr -o out.####.exr --missing black --frames 0-2").good();
+    assert_eq!(lights(0..=2), [0.0, 2.0, 4.0]);
+    let pipeline = "Pipeline(inputs: { \"a\": Color, \"b\": Color }, nodes: { \"over\": Exposure(source: \"b\"), \
+                    \"same\": Exposure(source: \"a\") }, outputs: { \"same\": \"same\", \"over\": \"over\" })";
+    folder.with("two.ron", pipeline.as_bytes());
+    let run = "render two.ron shot.####.exr --input b=over.####.exr --output over=out.####.exr";
+    folder.run(&format!("{run} --missing black")).good();
+    assert_eq!(lights(1..=3), [0.0, 4.0, 0.0]);
+    folder.run(run).fails_saying(1, &["input `b` has no frame 1\n  hint: ", "`--missing black`"]);
 }
 
 /// A chunk after a gap follows from the same frames as the whole.

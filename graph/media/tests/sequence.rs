@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::{Folder, message_and_hint};
-use afterimage_media::sequence::{FrameFiles, Input, Pattern, parse_frames};
+use afterimage_media::sequence::{FrameFiles, Input, Pattern, StandIn, parse_frames};
 use afterimage_media::*;
 
 /// A folder with empty files `shot.NNNN.exr`.
@@ -220,11 +220,17 @@ fn a_folder_is_read_once_for_all_frames() {
     let folder = shots("once", &[3, 7]);
     let path = |frame: u32| folder.file(&format!("shot.{frame:04}.exr"));
     let files = FrameFiles::new(folder.file("shot.####.exr#Z").to_str().unwrap()).unwrap();
-    let found = |frame| files.find_filled(frame).map(|(source, is_own)| (source.path, is_own));
+    let found = |frame| files.find_filled(frame, StandIn::Before).map(|(source, is_own)| (source.path, is_own));
     assert_eq!(found(3), Some((path(3), true)));
     fs::remove_file(path(3)).unwrap();
     fs::remove_file(path(7)).unwrap();
-    assert_eq!((found(2), found(6), found(7), found(8)), (None, Some((path(3), false)), Some((path(7), true)), None));
+    assert_eq!((found(2), found(6), found(7)), (None, Some((path(3), false)), Some((path(7), true))));
+    assert_eq!(
+        (found(8), [2, 3, 5, 8].map(|frame| files.spans(frame))),
+        (Some((path(7), false)), [false, true, true, false])
+    );
+    let any = |frame| files.find_filled(frame, StandIn::Any).map(|(source, is_own)| (source.path, is_own));
+    assert_eq!((any(2), any(6)), (Some((path(3), false)), Some((path(3), false))));
     assert_eq!(files.find(7), None, "it is gone");
     fs::write(path(7), "").unwrap();
     assert_eq!(files.find(7), Some(Source { path: path(7), layer: Some("Z".to_owned()) }));
@@ -235,7 +241,7 @@ fn frames_too_far_apart_are_told_and_no_option_that_was_not_given() {
     let folder = shots("far", &[0]);
     folder.with("shot.4294967295.exr", b"");
     let name = folder.file("shot.####.exr");
-    let error = Input::find_filled(name.to_str().unwrap(), None).unwrap_err();
+    let error = Input::find_filled(name.to_str().unwrap(), None, StandIn::Before).unwrap_err();
     assert_eq!(error.path, name);
     let message = "frames 0 to 4294967295 are on disk, and from one to the other are more than 1000000";
     assert_eq!(message_and_hint(&error), format!("{message}; choose some of them with `--frames`"));

@@ -2,6 +2,7 @@
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::ColorState;
+use afterimage_media::sequence::StandIn;
 use afterimage_media::{Budget, ColorSpace, ExrCompression, ReadOptions};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -43,6 +44,17 @@ pub(crate) enum MissingFrames {
     Hold,
     /// Black of that size
     Black,
+}
+
+impl MissingFrames {
+    /// The file that stands for a missing frame; `None` if none does.
+    pub(crate) fn stand_in(self) -> Option<StandIn> {
+        match self {
+            Self::Error => None,
+            Self::Hold => Some(StandIn::Before),
+            Self::Black => Some(StandIn::Any),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use afterimage_media::film::{Film, is_film};
 use afterimage_media::sequence::{FrameFiles, split_layer};
-use afterimage_media::{FileError, Source, sequence};
+use afterimage_media::{Source, sequence};
 
 use super::target::Target;
 use crate::args::RenderArgs;
@@ -101,11 +101,16 @@ impl NumberedFiles {
         if self.film_frames.is_some_and(|count| !(1..=count).contains(&frame)) {
             return None;
         }
+        let stand_in = self.missing.stand_in();
+        let is_of_sequence = || self.files.iter().any(|(_, files)| files.spans(frame));
+        if stand_in.is_some() && self.film_frames.is_none() && !self.files.is_empty() && !is_of_sequence() {
+            return None;
+        }
         let (mut sources, mut missing) = (Vec::new(), Vec::new());
         for (name, files) in &self.files {
-            let (source, is_there) = match self.missing {
-                MissingFrames::Error => (files.find(frame)?, true),
-                MissingFrames::Hold | MissingFrames::Black => files.find_filled(frame)?,
+            let (source, is_there) = match stand_in {
+                None => (files.find(frame)?, true),
+                Some(stand_in) => files.find_filled(frame, stand_in)?,
             };
             missing.extend((!is_there).then(|| name.clone()));
             sources.push((name.clone(), source));
@@ -123,13 +128,19 @@ pub(super) fn with_inputs(
 ) -> Result<Vec<Job>, Failure> {
     let (mut inputs, mut sources) = (Vec::new(), Vec::new());
     let mut missing: BTreeMap<Option<u32>, Vec<String>> = BTreeMap::new();
+    // The first sequence has the frames that others are filled to.
+    let mut of_first: Option<String> = None;
     for (name, file) in files {
         let film = films.get(&name);
         let frames = args.frames.as_deref().filter(|_| film.is_some() || sequence::is_numbered(&file));
-        let (input, gaps) = match film {
-            Some(film) => (of_film(&file, film, frames)?, BTreeSet::new()),
-            None => find(&file, frames, args.reading.missing)?,
+        let (input, gaps) = match (film, args.reading.missing.stand_in()) {
+            (Some(film), _) => (of_film(&file, film, frames)?, BTreeSet::new()),
+            (None, None) => (sequence::Input::find(&file, frames)?, BTreeSet::new()),
+            (None, Some(stand_in)) => sequence::Input::find_filled(&file, frames.or(of_first.as_deref()), stand_in)?,
         };
+        if let (sequence::Input::Sequence(frames), None) = (&input, &of_first) {
+            of_first = Some(ranges(&frames.iter().map(|(frame, _)| *frame).collect::<Vec<_>>()));
+        }
         tell_missing(&name, &gaps, args.reading.missing);
         if args.frames.is_none() {
             tell_other_numbers(&file);
@@ -186,18 +197,6 @@ fn of_film(file: &str, film: &Film, frames: Option<&str>) -> Result<sequence::In
             .hint("name its frames in ascending order"));
     }
     Ok(sequence::Input::Sequence(wanted.into_iter().map(|frame| (frame, Source::file(file))).collect()))
-}
-
-/// The files of a name, and the frames among them that are missing, for which other files stand.
-fn find(
-    file: &str,
-    frames: Option<&str>,
-    missing: MissingFrames,
-) -> Result<(sequence::Input, BTreeSet<u32>), FileError> {
-    match missing {
-        MissingFrames::Error => Ok((sequence::Input::find(file, frames)?, BTreeSet::new())),
-        MissingFrames::Hold | MissingFrames::Black => sequence::Input::find_filled(file, frames),
-    }
 }
 
 fn tell_missing(name: &str, frames: &BTreeSet<u32>, missing: MissingFrames) {
@@ -275,5 +274,6 @@ fn source_at(files: &BTreeMap<Option<u32>, Source>, frame: Option<u32>, name: &s
         // Without a number, the first input is one image, and so is each other.
         let frame = frame.map_or_else(String::new, |frame| format!(" {frame}"));
         Failure::user(format!("input `{name}` has no frame{frame}"))
+            .hint("`--frames` names those that all inputs have; `--missing black` puts black in the place of others")
     })
 }

@@ -29,6 +29,23 @@ pub enum Input {
     Sequence(Vec<(u32, Source)>),
 }
 
+/// The file that stands for a frame that is missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StandIn {
+    /// That of the last frame before it.
+    Before,
+    /// The same, or that of the first frame that there is: its size is what counts.
+    Any,
+}
+
+impl StandIn {
+    fn of(self, there: &BTreeSet<u32>, frame: u32) -> Option<u32> {
+        let before = there.range(..=frame).next_back();
+        let first = there.first().filter(|_| self == Self::Any);
+        before.or(first).copied()
+    }
+}
+
 /// The files of frames, with their numbers.
 type NumberedSources = Vec<(u32, Source)>;
 
@@ -47,17 +64,20 @@ impl Input {
         }
     }
 
-    /// As [`Input::find`], but another file stands for a frame that is missing: that of the last frame before it.
-    /// Returns the frames that are missing, too.
+    /// As [`Input::find`], but another file stands for a frame that is missing. Returns those frames, too.
     ///
     /// # Errors
-    /// As [`Input::find`]; a frame that is missing before the first one is one.
-    pub fn find_filled(name: &str, frames: Option<&str>) -> Result<(Self, BTreeSet<u32>), FileError> {
+    /// As [`Input::find`]; a frame for which no file can stand is missing.
+    pub fn find_filled(
+        name: &str,
+        frames: Option<&str>,
+        stand_in: StandIn,
+    ) -> Result<(Self, BTreeSet<u32>), FileError> {
         let FrameFiles { pattern, layer, .. } = FrameFiles::new(name)?;
         match pattern {
             None => Ok((Self::find(name, frames)?, BTreeSet::new())),
             Some(pattern) => {
-                let (frames, missing) = pattern.fill_all(frames, layer.as_ref())?;
+                let (frames, missing) = pattern.fill_all(frames, layer.as_ref(), stand_in)?;
                 Ok((Self::Sequence(frames), missing))
             }
         }
@@ -126,13 +146,21 @@ impl FrameFiles {
         regular::check(&path).is_ok().then(|| self.source(path))
     }
 
-    /// The file of a frame, or that of the last frame before it, and whether it is its own. `None` before the first
-    /// frame of the sequence and after the last.
-    pub fn find_filled(&self, frame: u32) -> Option<(Source, bool)> {
+    /// The file of a frame, or that which stands for it, and whether it is its own. `None` if no file can.
+    pub fn find_filled(&self, frame: u32, stand_in: StandIn) -> Option<(Source, bool)> {
         let Some(pattern) = &self.pattern else { return Some((self.source(self.file.clone()), true)) };
-        let there = self.there.get_or_init(|| pattern.frames().unwrap_or_default().into_iter().collect());
-        let last = *there.range(..=frame).next_back()?;
-        (*there.last()? >= frame).then(|| (self.source(pattern.at(last)), last == frame))
+        let found = stand_in.of(self.there(pattern), frame)?;
+        Some((self.source(pattern.at(found)), found == frame))
+    }
+
+    /// True if a sequence has a frame of this number, or some before and after it.
+    pub fn spans(&self, frame: u32) -> bool {
+        let there = self.pattern.as_ref().map(|pattern| self.there(pattern));
+        there.and_then(|there| Some(there.first()?..=there.last()?)).is_some_and(|range| range.contains(&&frame))
+    }
+
+    fn there(&self, pattern: &Pattern) -> &BTreeSet<u32> {
+        self.there.get_or_init(|| pattern.frames().unwrap_or_default().into_iter().collect())
     }
 
     fn source(&self, path: PathBuf) -> Source {
@@ -213,6 +241,7 @@ impl Pattern {
         &self,
         frames: Option<&str>,
         layer: Option<&String>,
+        stand_in: StandIn,
     ) -> Result<(NumberedSources, BTreeSet<u32>), FileError> {
         let there: BTreeSet<u32> = self.frames()?.into_iter().collect();
         let (first, last) = (there.first().copied().unwrap_or(0), there.last().copied().unwrap_or(0));
@@ -223,10 +252,11 @@ impl Pattern {
         };
         let mut found = Vec::new();
         for &frame in &wanted {
-            let Some(before) = there.range(..=frame).next_back() else {
-                return Err(missing(&self.at(frame), frame).hint("no frame before it can take its place"));
+            let Some(other) = stand_in.of(&there, frame) else {
+                return Err(missing(&self.at(frame), frame)
+                    .hint("no frame before it can take its place; `--missing black` puts black there"));
             };
-            found.push((frame, Source { path: self.at(*before), layer: layer.cloned() }));
+            found.push((frame, Source { path: self.at(other), layer: layer.cloned() }));
         }
         Ok((found, wanted.into_iter().filter(|frame| !there.contains(frame)).collect()))
     }
