@@ -258,3 +258,28 @@ fn a_part_with_one_channel_stays_beside_its_picture() {
         }
     }
 }
+
+#[test]
+fn names_are_utf_8_and_other_bytes_are_kept() {
+    let folder = Folder::new("layers-utf8");
+    for (bytes, shown) in [("\u{fc}".as_bytes(), "\u{fc}"), ("\u{6f22}".as_bytes(), "\u{6f22}"), (b"\xfc", "\u{fc}")] {
+        let text = |end: &str| Text::from_slice_unchecked(&[bytes, end.as_bytes()].concat());
+        let mut named = part("beauty", "R:h G:h B:h", tiles());
+        for (letter, kind) in [("R", 'h'), ("G", 'h'), ("B", 'h'), ("Z", 'f')] {
+            named.channel_data.list.push(AnyChannel::new(text(&format!(".{letter}")), odd(kind)));
+        }
+        named.channel_data.list.sort_by(|a, b| a.name.as_slice().cmp(b.name.as_slice()));
+        let mut other = part("", "R:h G:h B:h", tiles());
+        other.attributes.layer_name = Some(text(""));
+        let path = write(&folder, wide(), vec![named, other]);
+        let described = read_description(&Source::file(&path)).unwrap();
+        assert!(described.layers.contains(&shown.to_owned()), "{:?}", described.layers);
+        assert_eq!(described.parts[1].name.as_deref(), Some(shown));
+        let (image, _) = beside(&folder, &path, Some(shown), &Encoding::EXR);
+        let written: Vec<_> = image.layer_data[0].channel_data.list.iter().map(|channel| &channel.name).collect();
+        for name in [".R", ".G", ".B", ".A", ".Z"] {
+            assert!(written.contains(&&text(name)), "{shown}: {written:?}");
+        }
+        assert_eq!(image.layer_data[1].attributes.layer_name, Some(text("")));
+    }
+}

@@ -11,6 +11,7 @@ use super::colors::{color_note, stated_color, stated_colors};
 use super::label::{is_data, named_colors};
 use super::read::{Opened, notes, open};
 use super::select::{Choice, choose, names};
+use super::text;
 use crate::codec::codes::Colors;
 use crate::codec::exr_compression::compression_name;
 use crate::codec::{ChannelDescription, CodecError, Description, PartDescription, PictureChannels, Window};
@@ -52,9 +53,9 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
 }
 
 fn part(header: &Header) -> PartDescription {
-    let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
+    let name = header.own_attributes.layer_name.as_ref().map(text);
     let channels = header.channels.list.iter().map(|channel| ChannelDescription {
-        name: channel.name.to_string(),
+        name: text(&channel.name),
         samples: match channel.sample_type {
             SampleType::F16 => "half",
             SampleType::F32 => "float",
@@ -82,7 +83,7 @@ fn window(bounds: IntegerBounds) -> Window {
 fn picture(header: &Header, choice: &Choice) -> PictureChannels {
     let mut channels: Vec<String> = Vec::new();
     for &slot in choice.slots.iter().flatten() {
-        let name = header.channels.list[slot].name.to_string();
+        let name = text(&header.channels.list[slot].name);
         // Gray is one channel three times.
         if !channels.contains(&name) {
             channels.push(name);

@@ -4,6 +4,7 @@ use afterimage_base::color::{Chromaticities, Decimal, Transfer, Xy};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::{Header, LayerAttributes};
 
+use super::text;
 use crate::codec::chromaticities::CIE_XYZ;
 
 /// Set by ACES containers (SMPTE ST 2065-4), whose pixels are ACES2065-1.
@@ -66,7 +67,7 @@ pub(super) enum Interop {
 /// The statement of the attribute `colorInteropID` of a part.
 pub(super) fn interop(header: &Header) -> Option<Interop> {
     let Some(AttributeValue::Text(id)) = attribute(header, INTEROP_ID) else { return None };
-    let id = id.to_string();
+    let id = text(id);
     let space = SPACES.iter().find(|(known, ..)| known.eq_ignore_ascii_case(&id));
     Some(match space {
         Some((_, primaries, transfer)) => Interop::Space(*primaries, *transfer),
@@ -114,7 +115,7 @@ pub(super) fn is_cryptomatte(name: &str) -> bool {
 /// The names of the Cryptomatte layers of a part.
 pub(super) fn cryptomattes(header: &Header) -> Vec<String> {
     let named = header.own_attributes.other.iter().filter_map(|(name, value)| match value {
-        AttributeValue::Text(layer) => Some((name.to_string(), layer.to_string())),
+        AttributeValue::Text(layer) => Some((text(name), text(layer))),
         _ => None,
     });
     let named = named.filter(|(name, _)| is_cryptomatte(name) && name.ends_with("/name"));
@@ -124,6 +125,6 @@ pub(super) fn cryptomattes(header: &Header) -> Vec<String> {
 /// True if an attribute describes the pixels or the channels of the file that it was read from. A rendered picture has
 /// other ones, so the attribute must not be copied.
 pub(super) fn describes_old_pixels(name: &Text) -> bool {
-    let name = name.to_string();
+    let name = text(name);
     name == ACES_FLAG || name == INTEROP_ID || is_cryptomatte(&name)
 }

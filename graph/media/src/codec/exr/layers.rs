@@ -9,19 +9,20 @@ use exr::block::chunk::Chunk;
 use exr::block::reader::Reader;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
+use exr::meta::attribute::Text;
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
 use super::attributes::remove_unwritable;
 use super::blocks::{missing_blocks, read_batches, unpack};
 use super::colors::file_colors;
-use super::explain;
 use super::label::is_cryptomatte;
 use super::pack::Parts;
 use super::read::{Opened, open};
 use super::rows::ExrRows;
 use super::select::{Choice, choose, color_channels};
 use super::write::{finish_attributes, part_of, picture_names};
+use super::{explain, text};
 use crate::codec::encoding::{Buffer, Image, RowWriter as _};
 use crate::codec::limits::{check_size, zeroed};
 use crate::codec::{CodecError, Encoding, Metadata, ReadOptions, guarded};
@@ -135,9 +136,8 @@ impl PreservedLayers {
             kept.leave_out(headers, |_, _| true, "the file has pixels of a part of its window only, or beside it");
         }
         let names = written_names(header, &choice);
-        let is_taken = |index: usize, channel: usize| {
-            index == part && names.contains(&headers[index].channels.list[channel].name.to_string())
-        };
+        let is_taken =
+            |index: usize, channel: usize| index == part && names.contains(&headers[index].channels.list[channel].name);
         kept.leave_out(headers, is_taken, "the picture has channels of that name");
         kept.choose_primaries(headers, encoding, reading)?;
         let mut packed = kept.channels.iter().map(|channel| header.channels.list[*channel].sample_type);
@@ -187,14 +187,14 @@ impl PreservedLayers {
     fn leave_out(&mut self, headers: &[Header], is_out: impl Fn(usize, usize) -> bool, why: &str) {
         let mut out = Vec::new();
         let part = self.part;
-        let name = |part: usize, channel: usize| format!("`{}`", headers[part].channels.list[channel].name);
+        let name = |part: usize, channel: usize| format!("`{}`", text(&headers[part].channels.list[channel].name));
         self.channels.retain(|channel| {
             out.extend(is_out(part, *channel).then(|| name(part, *channel)));
             !is_out(part, *channel)
         });
         self.parts.retain(|&part| {
             let leaves = (0..headers[part].channels.list.len()).any(|channel| is_out(part, channel));
-            let title = headers[part].own_attributes.layer_name.as_ref().map_or_else(String::new, ToString::to_string);
+            let title = headers[part].own_attributes.layer_name.as_ref().map_or_else(String::new, text);
             out.extend(leaves.then(|| format!("part `{title}`")));
             !leaves
         });
@@ -214,11 +214,12 @@ fn shortened(names: &[String]) -> String {
 }
 
 /// The names of red, green, blue and alpha of the new picture: those of the old one, or such names in its layer.
-fn written_names(header: &Header, choice: &Choice) -> [String; 4] {
-    let name = |channel: usize| header.channels.list[channel].name.to_string();
+fn written_names(header: &Header, choice: &Choice) -> [Text; 4] {
+    let name = |channel: usize| header.channels.list[channel].name.clone();
     let first = choice.slots.iter().flatten().next().map(|channel| name(*channel)).unwrap_or_default();
-    let layer = first.rsplit_once('.').map_or(String::new(), |(layer, _)| format!("{layer}."));
-    let mut names = picture_names().map(|name| format!("{layer}{name}"));
+    let dot = first.as_slice().iter().rposition(|byte| *byte == b'.');
+    let layer = dot.map_or(&[][..], |dot| &first.as_slice()[..=dot]);
+    let mut names = picture_names().map(|name| Text::from_slice_unchecked(&[layer, name.as_slice()].concat()));
     if choice.is_rgb() {
         for (new, old) in names.iter_mut().zip(choice.slots) {
             new.clone_from(&old.map_or_else(|| new.clone(), name));
@@ -232,7 +233,7 @@ fn keep_attributes(old: &LayerAttributes, new: &mut LayerAttributes, has_channel
     new.layer_name.clone_from(&old.layer_name);
     new.view_name.clone_from(&old.view_name);
     new.multi_view_names.clone_from(&old.multi_view_names);
-    let manifests = old.other.iter().filter(|(name, _)| has_channels && is_cryptomatte(&name.to_string()));
+    let manifests = old.other.iter().filter(|(name, _)| has_channels && is_cryptomatte(&text(name)));
     new.other.extend(manifests.map(|(name, value)| (name.clone(), value.clone())));
 }
 

@@ -18,6 +18,7 @@ mod select;
 mod write;
 
 use exr::error::Error;
+use exr::meta::attribute::Text;
 
 use crate::codec::{CodecError, ErrorKind};
 
@@ -43,6 +44,11 @@ fn explain(error: &Error) -> CodecError {
         Error::Invalid(what) => CodecError::broken(what),
         Error::Aborted => CodecError::broken(error),
     }
+}
+
+/// A text of a file, which is UTF-8 (OpenEXR, "String Data"); other bytes are characters of Latin-1.
+fn text(bytes: &Text) -> String {
+    std::str::from_utf8(bytes.as_slice()).map_or_else(|_| bytes.to_string(), str::to_owned)
 }
 
 fn unsupported(what: impl Into<String>) -> CodecError {

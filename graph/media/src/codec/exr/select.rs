@@ -8,7 +8,7 @@ use afterimage_base::diagnostic::did_you_mean;
 use exr::meta::header::Header;
 
 use super::label::cryptomattes;
-use super::{luminance_chroma, unsupported};
+use super::{luminance_chroma, text, unsupported};
 use crate::codec::{CodecError, ErrorKind};
 
 /// The names that renderers have for the picture that all others are parts of: Blender, Arnold and Nuke, Redshift
@@ -94,7 +94,7 @@ impl Part {
     fn new(index: usize, header: &Header) -> Self {
         let mut groups: Vec<Group> = Vec::new();
         for (channel, description) in header.channels.list.iter().enumerate() {
-            let full = description.name.to_string();
+            let full = text(&description.name);
             let (prefix, last) = full.rsplit_once('.').unwrap_or(("", &full));
             let entry = (last.to_owned(), channel);
             match groups.iter_mut().find(|group| group.prefix == prefix) {
@@ -103,7 +103,7 @@ impl Part {
             }
         }
         groups.sort_by(|a, b| a.prefix.cmp(&b.prefix));
-        let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
+        let name = header.own_attributes.layer_name.as_ref().map(text);
         Self { index, name: name.filter(|name| !name.is_empty()), groups }
     }
 
@@ -238,8 +238,8 @@ fn layers(headers: &[Header], parts: &[Part]) -> Vec<Layer> {
 /// The names of the views, the default one first: the first that a list of views has, otherwise the left one.
 fn views(headers: &[Header]) -> Vec<String> {
     let own = headers.iter().map(|header| &header.own_attributes);
-    let listed = own.clone().flat_map(|own| own.multi_view_names.iter().flatten()).map(ToString::to_string);
-    let named = own.filter_map(|own| own.view_name.as_ref()).map(ToString::to_string);
+    let listed = own.clone().flat_map(|own| own.multi_view_names.iter().flatten()).map(text);
+    let named = own.filter_map(|own| own.view_name.as_ref()).map(text);
     listed.chain(["left".to_owned(), "right".to_owned()]).chain(named).collect()
 }
 

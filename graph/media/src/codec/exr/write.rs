@@ -40,8 +40,8 @@ pub(super) fn finish_attributes(header: &mut Header, meta: &Metadata) -> Vec<Str
 }
 
 /// The names of red, green, blue and alpha.
-pub(super) fn picture_names() -> [String; 4] {
-    ["R", "G", "B", "A"].map(str::to_owned)
+pub(super) fn picture_names() -> [Text; 4] {
+    ["R", "G", "B", "A"].map(Text::from)
 }
 
 /// The part of a picture of that size whose channels have these names, beside others that are kept, and where each of
@@ -50,15 +50,15 @@ pub(super) fn part_of(
     size: (u32, u32),
     meta: &Metadata,
     encoding: &Encoding,
-    names: &[String; 4],
+    names: &[Text; 4],
     preserved: Vec<ChannelDescription>,
     is_alone: bool,
 ) -> (Header, Vec<Column>) {
     let sample_type = if encoding.bits == 32 { SampleType::F32 } else { SampleType::F16 };
     // B44 quantizes some channels on a curve that does not keep an alpha of 1.
     let is_curved = !matches!(encoding.compression, ExrCompression::B44 | ExrCompression::B44a);
-    let channel = |name: &String| {
-        let named = ChannelDescription::named(name.as_str(), sample_type);
+    let channel = |name: &Text| {
+        let named = ChannelDescription::named(name.clone(), sample_type);
         ChannelDescription { quantize_linearly: named.quantize_linearly && is_curved, ..named }
     };
     let written = if encoding.alpha == Alpha::Drop { &names[..3] } else { &names[..] };
