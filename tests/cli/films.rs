@@ -17,7 +17,7 @@ fn folder(test: &str) -> Folder {
     let folder = Folder::new(test);
     folder.with("grade.ron", GRADE.as_bytes());
     for frame in 1..=2 {
-        save(&folder.file(&format!("shot.{frame}.exr")), &room(16, 9));
+        save(&folder.file(&format!("shot.{frame}.exr")), &room(16, 10));
     }
     folder
 }
@@ -69,6 +69,12 @@ fn options_that_no_film_can_have_are_refused() {
     folder
         .run("render grade.ron shot.1.exr -o a.mov")
         .fails_saying(1, &["`a.mov` is a film, which is made of frames, and here is one image"]);
+    save(&folder.file("odd.1.exr"), &room(16, 9));
+    folder.run("render grade.ron odd.#.exr -o a.mp4 --video hevc --output display").fails(
+        1,
+        "error: a.mp4: hevc has even sides, and frames are 16x9\n  hint: `--crop 0,0,16x8` leaves a column or a row \
+         out; a `.mov` of `--video prores` has any size",
+    );
     folder.run("job grade.ron shot.#.exr -o a.mov").fails_saying(1, &["`a.mov` is a film, which one task writes"]);
     folder.run("render grade.ron shot.#.exr -o -").fails_saying(1, &["standard output takes one image"]);
     folder.run("render grade.ron shot.1.exr -o - --openjd").fails_saying(1, &["`--openjd` prints to standard output"]);
@@ -218,7 +224,7 @@ fn colors_choose_the_codec_and_its_codes() {
         let frames = frames(&folder, "out.mp4");
         assert_eq!(frames.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [0, 40_000_000], "{encoding}");
         // Three planes of two bytes.
-        assert!(frames.iter().all(|(_, frame)| frame.len() == 16 * 9 * 3 * 2), "{encoding}");
+        assert!(frames.iter().all(|(_, frame)| frame.len() == 16 * 10 * 3 * 2), "{encoding}");
     }
 }
 
@@ -231,13 +237,13 @@ fn a_part_of_a_film_has_its_times_and_its_sound() {
     folder.with("in.mov", b"\0\0\0\x14ftypqt  ");
     folder.with(
         "film.stated",
-        b"codec_name=prores\nwidth=16\nheight=9\nsample_aspect_ratio=4:3\npix_fmt=yuv422p\ncolor_range=tv\n\
+        b"codec_name=prores\nwidth=16\nheight=10\nsample_aspect_ratio=4:3\npix_fmt=yuv422p\ncolor_range=tv\n\
           color_space=bt709\ncolor_transfer=bt709\ncolor_primaries=bt709\nfield_order=progressive\n\
           time_base=1/24000\nTAG:timecode=01:00:00:00\nstart_time=0.000000\n",
     );
     folder.with("film.times", b"0,K__\n2002,___\n1001,___\n3003,___\n");
     // Black, middle gray, white, black, without a color.
-    let film = [16, 126, 235, 16].map(|luma| [[luma; 144], [128; 144], [128; 144]]);
+    let film = [16, 126, 235, 16].map(|luma| [[luma; 160], [128; 160], [128; 160]]);
     folder.with("film.raw", film.as_flattened().as_flattened());
     let (outcome, words) = with_programs(&folder, "render grade.ron in.mov -o out.mp4 --frames 2-3 --output display");
     let said = outcome.notes();

@@ -12,8 +12,9 @@ use super::jobs::Job;
 use super::prepared::{Prepared, has_state, typical_size};
 use super::read::read_options;
 use super::request::{Request, is_picture};
-use super::target::Target;
+use super::target::{FilmTarget, Target};
 use crate::args::files::OtherSize;
+use crate::failure::Failure;
 
 /// For each job, whether all of its files are there and whole: they are decoded, and have the size and the numbers that
 /// would be written. Also, whether frames leave something for later ones.
@@ -42,6 +43,21 @@ pub(super) fn done(prepared: &Prepared<'_>) -> (Vec<bool>, bool) {
         }));
     }
     (done, has_state)
+}
+
+/// Refuses films whose codec has no frames of their size, as far as the size is known before a frame is rendered.
+pub(super) fn check_films(prepared: &Prepared<'_>) -> Result<(), Failure> {
+    let request = &prepared.request;
+    let films = request.targets.iter().filter_map(|target| Some((target, target.film.as_ref()?)));
+    let mut plan = None;
+    for (target, FilmTarget { preset, more }) in films {
+        let Some(size) = request.jobs.first().and_then(|job| size(request, job)) else { return Ok(()) };
+        let plan = plan.get_or_insert_with(|| prepared.plan(size));
+        if let Some(size) = plan.as_ref().and_then(|plan| output_size(request, plan, target)) {
+            preset.check_size(Path::new(&target.file), size, more)?;
+        }
+    }
+    Ok(())
 }
 
 /// The size of a job's first image, from the headers of its file.

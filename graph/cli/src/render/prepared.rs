@@ -10,6 +10,7 @@ use afterimage_media::film::require_ffmpeg;
 use afterimage_media::run_files;
 use afterimage_plan::{HostImageDesc, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
+use super::existing::check_films;
 use super::metered::{Metered, has_meter, no_meter, unmetered};
 use super::read::check_spaces;
 use super::request::Request;
@@ -81,6 +82,7 @@ pub(super) fn prepare<'a>(
         let reach = plan.iter().flat_map(unmetered).filter_map(|item| item.reach).max();
         prepared.request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
     }
+    check_films(&prepared)?;
     let request = &mut prepared.request;
     for target in request.targets.iter().filter(|target| target.film.is_some()) {
         require_ffmpeg(Path::new(&target.file))?;

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use crate::codec::ErrorKind;
 use crate::codec::signals::Layout;
+use crate::files::FileError;
 
 /// A container and a codec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +87,27 @@ impl Preset {
     /// The endings of its files.
     pub fn endings(&self) -> &'static [&'static str] {
         self.endings
+    }
+
+    /// Refuses frames of a size that a codec with one color for two by two pixels does not take. `more` are further
+    /// options of `ffmpeg`.
+    ///
+    /// # Errors
+    /// A side is odd.
+    pub fn check_size(&self, path: &Path, (width, height): (u32, u32), more: &[String]) -> Result<(), FileError> {
+        let of_samples = ["-pix_fmt", "-vf", "-filter", "-c:", "-codec", "-vcodec"];
+        let may_be_others = more.iter().any(|word| of_samples.iter().any(|option| word.starts_with(option)));
+        let is_even = width.is_multiple_of(2) && height.is_multiple_of(2);
+        if !self.samples.contains("420") || is_even || may_be_others {
+            return Ok(());
+        }
+        let (name, even) = (self.name, format!("{}x{}", width & !1, height & !1));
+        Err(FileError::new(
+            path,
+            ErrorKind::Unsupported,
+            format!("{name} has even sides, and frames are {width}x{height}"),
+        )
+        .hint(format!("`--crop 0,0,{even}` leaves a column or a row out; a `.mov` of `--video prores` has any size")))
     }
 
     pub(super) fn layout(&self) -> Layout {

@@ -80,6 +80,7 @@ impl FilmWriter {
         times: Timeline,
         sound: Option<&Sound>,
     ) -> Result<(Self, Vec<String>), FileError> {
+        preset.check_size(path, size, more)?;
         let tags = Tags::of(color).map_err(|error| FileError::at(path, error))?;
         let (file, temporary) = AtomicFile::for_program(path)?;
         let mut words = Vec::new();
