@@ -26,6 +26,18 @@ const VERSION: [u8; 4] = [4, 0x40, 0, 0];
 /// profiles differ by less.
 const SAME_CURVE: f64 = 1e-3;
 
+/// The primaries that a profile is recognized to have.
+const NAMED: [Chromaticities; 5] = [
+    Chromaticities::REC709,
+    Chromaticities::DISPLAY_P3,
+    Chromaticities::REC2020,
+    Chromaticities::ACES_CG,
+    Chromaticities::ACES_AP0,
+];
+
+/// Largest difference of coordinates between primaries that count as equal.
+const SAME_PRIMARIES: f64 = 1e-3;
+
 /// A display profile with a matrix and a curve (ICC.1:2022, 8.4.3); `None` for `Pq` and `Hlg`, which have no such form.
 /// Equal colorimetry gives equal bytes, whatever the clock says.
 pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
@@ -35,15 +47,15 @@ pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
         Transfer::Gamma(exponent) => parametric(0, &[exponent.get() as f32]),
         Transfer::Pq | Transfer::Hlg => return None,
     };
-    let adapt = Cones::Bradford.adaptation(color.primaries.white.to_xyz(), PCS_WHITE);
+    let adapt = adaptation(&color.primaries);
     let colorants = adapt * color.primaries.to_xyz();
     let [red, green, blue] = [0, 1, 2].map(|column| fixed(b"XYZ ", &colorants.col(column).to_array()));
-    let adaptation = fixed(b"sf32", adapt.transpose().to_cols_array().as_slice());
+    let chad = fixed(b"sf32", adapt.transpose().to_cols_array().as_slice());
     Some(encoded(&[
         (b"rXYZ", red),
         (b"gXYZ", green),
         (b"bXYZ", blue),
-        (b"chad", adaptation),
+        (b"chad", chad),
         (b"rTRC", curve.clone()),
         (b"gTRC", curve.clone()),
         (b"bTRC", curve),
@@ -51,6 +63,11 @@ pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
         (b"desc", text(&description(color))),
         (b"cprt", text("No copyright, use freely")),
     ]))
+}
+
+/// From the white of these primaries to that of profiles.
+fn adaptation(primaries: &Chromaticities) -> DMat3 {
+    Cones::Bradford.adaptation(primaries.white.to_xyz(), PCS_WHITE)
 }
 
 /// A header (ICC.1:2022, 7.2), the table of the tags, and the tags. Readers such as libpng warn of a tag that does not
@@ -279,7 +296,7 @@ fn coded(profile: &ColorProfile) -> Option<Profile> {
     matches!(transfer, Transfer::Pq | Transfer::Hlg).then_some(Profile::Space(primaries, transfer))
 }
 
-/// The primaries of a matrix, for D65; those of Rec.709 for gray.
+/// The primaries of a matrix: those with a name whose profile has it, otherwise for D65; those of Rec.709 for gray.
 fn primaries(profile: &ColorProfile) -> Option<Chromaticities> {
     match profile.color_space {
         DataColorSpace::Gray => return Some(Chromaticities::REC709),
@@ -287,8 +304,18 @@ fn primaries(profile: &ColorProfile) -> Option<Chromaticities> {
         _ => return None,
     }
     let colorants = [profile.red_colorant, profile.green_colorant, profile.blue_colorant].map(|at| [at.x, at.y, at.z]);
-    let d65 = Xy::D65.to_xyz();
-    let adapted = Cones::Bradford.adaptation(PCS_WHITE, d65) * DMat3::from_cols_array_2d(&colorants);
+    let found = of_colorants(DMat3::from_cols_array_2d(&colorants))?;
+    let named = NAMED.into_iter().find(|named| {
+        // Profiles round their numbers.
+        let own = of_colorants(adaptation(named) * named.to_xyz());
+        own.is_some_and(|own| own.close_to(&found, SAME_PRIMARIES))
+    });
+    Some(named.unwrap_or(found))
+}
+
+/// The primaries for D65 that have these colorants.
+fn of_colorants(colorants: DMat3) -> Option<Chromaticities> {
+    let adapted = Cones::Bradford.adaptation(PCS_WHITE, Xy::D65.to_xyz()) * colorants;
     let mut numbers = [Xy::D65.to_vec(); 4].map(|xy| xy.to_array());
     for (column, xy) in numbers.iter_mut().take(3).enumerate() {
         let at = adapted.col(column);
@@ -300,7 +327,11 @@ fn primaries(profile: &ColorProfile) -> Option<Chromaticities> {
 fn transfer(curve: &Curve) -> Option<Transfer> {
     let power = match &curve.curve {
         ToneReprCurve::Lut(table) if table.len() == 1 => Some(f64::from(table[0]) / 256.0),
-        ToneReprCurve::Parametric(numbers) => numbers.first().map(|power| f64::from(*power)),
+        // The nearest number of a parametric curve is 1/131072 away at most.
+        ToneReprCurve::Parametric(numbers) => numbers.first().map(|power| {
+            let (power, short) = (f64::from(*power), (f64::from(*power) * 100.0).round() / 100.0);
+            if (power - short).abs() < 1e-5 { short } else { power }
+        }),
         ToneReprCurve::Lut(_) => None,
     };
     let gamma = power.filter(|power| (0.1..=10.0).contains(power)).map(|power| Transfer::Gamma(power.into()));
