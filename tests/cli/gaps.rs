@@ -69,6 +69,9 @@ fn black_takes_the_place_of_frames_before_the_first() {
     folder.run(&format!("{run} --missing black")).good();
     assert_eq!(lights(1..=3), [0.0, 4.0, 0.0]);
     folder.run(run).fails_saying(1, &["input `b` has no frame 1\n  hint: ", "`--missing black`"]);
+    folder
+        .run(&format!("{run} --input b=shot.####.exr"))
+        .fails(1, "error: `--input b=` is there twice\n  hint: name one value");
 }
 
 /// A chunk after a gap follows from the same frames as the whole.

@@ -72,9 +72,17 @@ pub(crate) fn list_files(checker: &Checker<'_>, loader: &impl FileLoader) {
     checker.named_files().iter().for_each(|path| loader.name(path));
 }
 
-/// `name=value` of each use of an option.
+/// `name=value` of each use of an option; a name has one.
 pub(crate) fn assignments(texts: &[String], flag: &str) -> Result<Vec<(String, String)>, Failure> {
-    texts.iter().map(|text| split(text, flag)).collect()
+    let mut all: Vec<(String, String)> = Vec::new();
+    for text in texts {
+        let (name, value) = split(text, flag)?;
+        if all.iter().any(|(known, _)| *known == name) {
+            return Err(Failure::user(format!("`{flag} {name}=` is there twice")).hint("name one value"));
+        }
+        all.push((name, value));
+    }
+    Ok(all)
 }
 
 /// `name=value`.
