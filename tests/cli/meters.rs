@@ -155,7 +155,7 @@ fn measurements_that_do_not_fit_are_refused() {
     folder.with("words.meter", b"a text\n");
     let run = |line: &str| folder.run(&format!("render {line} -o refused.#.exr"));
     let of = |name: &str, frames: &str| run(&format!("meter.ron shot.#.exr --meter {name} --frames {frames}"));
-    of("holes.meter", "6").fails_saying(1, &["frame 5 follows from frame 3, which are not", "--frames 3"]);
+    of("holes.meter", "6").fails_saying(1, &["frame 5 follows from frame 3, which is not measured", "--frames 3"]);
     of("b.meter", "6").fails_saying(1, &["frame 5 follows from frames 1-3, which are not measured"]);
     of("twice.meter", "6").fails_saying(1, &["frame 4 was measured twice, differently"]);
     of("words.meter", "6").fails_saying(1, &["words.meter:1: this is no measured frame"]);

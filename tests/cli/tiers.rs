@@ -1,6 +1,6 @@
 //! Tiers of a pipeline file.
 
-use super::Folder;
+use super::{Folder, room, save};
 
 /// A malformed tier is reported even if it is not selected.
 #[test]
@@ -27,4 +27,17 @@ fn every_tier_is_checked() {
     folder.with("bad.ron", text("\"other.ron\"").as_bytes());
     folder.run("check bad.ron").fails_saying(1, &["nobody", "other.ron", "1 of 1 pipelines cannot be used"]);
     folder.run("check --json bad.ron").fails(1, "");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_tier_that_is_asked_for_is_named_once() {
+    let folder = Folder::new("tiers-named");
+    let text = r#"Pipeline(inputs: { "scene": Color }, nodes: { "soft": Gaussian(source: "scene", sigma: 4.0) },
+        outputs: { "light": "soft" }, tiers: { "low": { "soft.sigma": 2.0 } })"#;
+    folder.with("soft.ron", text.as_bytes());
+    save(&folder.file("room.exr"), &room(8, 8));
+    let table = folder.run("measure soft.ron room.exr --tiers --tier low --repeats 1").good();
+    assert!(table.contains("as written, tier low ") && !table.contains("low, tier low"), "{table}");
+    assert!(table.ends_with("the median of 1 frame\n"), "{table}");
 }

@@ -141,9 +141,10 @@ impl Metered {
         if missing.is_empty() {
             return Ok(needed.iter().filter_map(|frame| self.frames.remove(frame)).collect());
         }
-        let (name, plural) = (&self.name, if missing.len() == 1 { "frame" } else { "frames" });
+        let name = &self.name;
+        let (frames, are) = if missing.len() == 1 { ("frame", "is") } else { ("frames", "are") };
         let missing = ranges(&missing);
-        Err(Failure::user(format!("{name}: frame {first} follows from {plural} {missing}, which are not measured"))
+        Err(Failure::user(format!("{name}: frame {first} follows from {frames} {missing}, which {are} not measured"))
             .hint(format!(
                 "measure them: `afterimage meter ... --frames {missing}`; `--cut` names frames that begin anew"
             )))

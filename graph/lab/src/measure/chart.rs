@@ -6,6 +6,7 @@ use afterimage_gpu::ClockSource;
 
 use super::digits::significant;
 use super::report::{MeasureReport, Row};
+use super::table::frames;
 use super::variants::VariantKind;
 use crate::plot::axis::{LinearAxis, LogAxis};
 use crate::plot::labels::Labels;
@@ -95,8 +96,8 @@ impl Chart<'_> {
         let error = format!("error in {}, 99.9th percentile", self.report.unit());
         self.canvas.text((40.0, TOP - 22.0), 16.0, Anchor::Start, INK, &error);
         let time = match self.report.clock {
-            ClockSource::Gpu => format!("milliseconds on the GPU, median of {} frames", self.report.samples),
-            ClockSource::Host => format!("milliseconds on the host, median of {} frames", self.report.samples),
+            ClockSource::Gpu => format!("milliseconds on the GPU, median of {}", frames(self.report.samples)),
+            ClockSource::Host => format!("milliseconds on the host, median of {}", frames(self.report.samples)),
         };
         self.canvas.text(((LEFT + RIGHT) / 2.0, BOTTOM + 54.0), 16.0, Anchor::Middle, INK, &time);
     }

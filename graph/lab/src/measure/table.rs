@@ -18,7 +18,9 @@ pub fn table(report: &MeasureReport) -> String {
     for (at, row) in report.rows.iter().enumerate().filter(|(at, _)| report.same_as(*at).is_none()) {
         let mut names = row.variant.clone();
         for (other, same) in report.rows.iter().enumerate() {
-            if report.same_as(other) == Some(at) {
+            // The tier of the command line is named already.
+            let is_named = names.ends_with(&format!(", {}", same.variant));
+            if report.same_as(other) == Some(at) && !is_named {
                 names += &format!(", {}", same.variant);
             }
         }
@@ -88,6 +90,11 @@ fn styled(row: &Row, text: String) -> Cell {
     }
 }
 
+/// `1 frame`, `8 frames`.
+pub(super) fn frames(count: u32) -> String {
+    format!("{count} frame{}", if count == 1 { "" } else { "s" })
+}
+
 /// The median, and how far from it the interval reaches.
 fn time(time: FrameTime) -> String {
     let [least, most] = time.interval();
@@ -97,10 +104,8 @@ fn time(time: FrameTime) -> String {
 }
 
 fn legend(report: &MeasureReport) -> String {
-    let time = match report.clock {
-        ClockSource::Gpu => format!("time on the GPU, the median of {} frames", report.samples),
-        ClockSource::Host => format!("time on the host, the median of {} frames", report.samples),
-    };
+    let clock = if report.clock == ClockSource::Gpu { "GPU" } else { "host" };
+    let time = format!("time on the {clock}, the median of {}", frames(report.samples));
     let mut text = format!(
         "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; JOD on \
          `{}`; {time}",
