@@ -96,5 +96,7 @@ fn a_new_pipeline_renders_with_all_that_it_proposes() {
     folder.run("render all.ron scene.exr -o all.png").good();
     folder.with("my.look.ron", b"mine");
     folder.run("new my.look.ron").fails_saying(1, &["this file exists, and is not replaced by a new one"]);
+    let spaced = folder.command("new").arg("a b.ron").output().expect("the program starts");
+    assert!(String::from_utf8_lossy(&spaced.stderr).contains("afterimage check 'a b.ron'\n"), "{spaced:?}");
     folder.run("new look.png").fails_saying(1, &["`look.png` is no name of a pipeline"]);
 }

@@ -19,8 +19,9 @@ fn processes_report_what_one_process_does() {
     // Without sanitizing there are failures, too. The first targets take longer than the last.
     let run = |jobs: u32| {
         let kinds = "--kind Gaussian --kind AutoExposure --kind Vignette --kind Exposure";
-        let line =
-            format!("-C in stress soft.ron {kinds} --unsanitized --quick --defaults --jobs {jobs} --json r.json");
+        let line = format!(
+            "-C in stress soft.ron {kinds} --unsanitized --quick --defaults --allow . --jobs {jobs} --json r.json"
+        );
         let outcome = folder.run(&line);
         (outcome, std::fs::read_to_string(folder.file("in/r.json")).expect("the results"))
     };
@@ -28,7 +29,9 @@ fn processes_report_what_one_process_does() {
     assert_eq!(one.status, Some(1), "{}", one.err);
     assert_eq!((three.status, &three.out), (one.status, &one.out), "{}", three.err);
     assert_eq!(same, results);
-    for title in ["\nsoft.ron (low)", "\nGaussian", "afterimage stress soft.ron --tier low --unsanitized --defaults"] {
+    for title in
+        ["\nsoft.ron (low)", "\nGaussian", "afterimage stress soft.ron --tier low --allow . --unsanitized --defaults"]
+    {
         assert!(one.out.contains(title), "{title}: {}", one.out);
     }
     folder.run("stress --kind Vignette --jobs 0").fails_saying(1, &["--jobs <COUNT>"]);

@@ -9,6 +9,7 @@ use afterimage_graph::check::Loader;
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_lab::shell_word;
 use afterimage_media::write_new;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 
@@ -48,7 +49,7 @@ pub(crate) fn new(file: &Path) -> Result<(), Failure> {
     write_with_files(file, &TEMPLATE.replace("NAME", &shown(&name)).replace("FILE", &path), &[])?;
     say(&path);
     for line in ["check FILE", "render FILE scene.exr -o out.png", "view FILE scene.exr"] {
-        note(&format!("  afterimage {}", line.replace("FILE", &path)));
+        note(&format!("  afterimage {}", line.replace("FILE", &shell_word(&path))));
     }
     Ok(())
 }

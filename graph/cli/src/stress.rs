@@ -2,6 +2,7 @@
 
 mod processes;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
@@ -9,6 +10,7 @@ use afterimage::host::built_in;
 use afterimage_graph::check::{Checker, Graph};
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean, shown};
 use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_lab::shell_word;
 use afterimage_lab::stress::{self, StressOptions, Target};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_pipelines::{BuiltIn, PIPELINES};
@@ -108,7 +110,7 @@ fn targets(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(Vec<Target>, Ve
         let files: &Files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
         list_files(&Checker::new(&document, &own, files), files);
         let name = shown(&file);
-        targets.extend(stress::pipelines(&name, &name, &file, &text, &own, files, tier)?);
+        targets.extend(stress::pipelines(&name, &shell_word(&name), &file, &text, &own, files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {
@@ -129,8 +131,22 @@ fn targets(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(Vec<Target>, Ve
     let base = assignments(&args.options.sets, "--set")?;
     check_fact_names(args, &targets)?;
     let facts = facts(&args.options)?;
+    let more = further_words(args);
+    targets = targets.iter().map(|target| target.with_words(&more)).collect();
     targets.iter_mut().for_each(|target| (target.base, target.facts) = (base.clone(), facts.clone()));
     Ok((targets, skipped))
+}
+
+/// The options without which a printed command has other kinds or other facts.
+fn further_words(args: &StressArgs) -> String {
+    let folders = |option: &'static str, folders: &[PathBuf]| {
+        let names = folders.iter().map(|folder| folder.to_string_lossy().into_owned());
+        names.map(|name| (option, name)).collect::<Vec<_>>()
+    };
+    let kinds = &args.options.kinds;
+    let facts = args.options.facts.iter().map(|fact| ("--fact", fact.clone()));
+    let all = folders("--nodes", &kinds.nodes).into_iter().chain(folders("--allow", &kinds.allow)).chain(facts);
+    all.map(|(option, word)| format!(" {option} {}", shell_word(&word))).collect()
 }
 
 /// The targets of a built-in pipeline.

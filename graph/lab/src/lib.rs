@@ -27,8 +27,10 @@ pub mod metrics;
 pub mod plot;
 mod progress;
 pub mod scene;
+mod shell;
 pub mod stress;
 pub mod tune;
 
 pub use error::LabError;
 pub use progress::Progress;
+pub use shell::shell_word;

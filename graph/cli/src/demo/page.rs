@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use afterimage_lab::shell_word;
 use afterimage_pipelines::PIPELINES;
 
 use crate::pipelines::caption;
@@ -47,7 +48,7 @@ pub(super) fn page(folder: &Path) -> String {
 
 /// Lines with commands to go on with.
 pub(super) fn commands(folder: &Path) -> Vec<String> {
-    let (program, scene) = (program(), folder.join("scene.exr").display().to_string());
+    let (program, scene) = (program(), scene(folder));
     let look = if cfg!(feature = "view") { format!("view lynx {scene}") } else { "plan lynx".to_owned() };
     vec![
         format!("open `{}` in a browser, then try:", folder.join(FILE).display()),
@@ -58,13 +59,17 @@ pub(super) fn commands(folder: &Path) -> Vec<String> {
 }
 
 fn command(folder: &Path, name: &str) -> String {
-    format!("{} render {name} {} -o {name}.png", program(), folder.join("scene.exr").display())
+    format!("{} render {name} {} -o {name}.png", program(), scene(folder))
+}
+
+/// The image of the scene, as a word of a command.
+fn scene(folder: &Path) -> String {
+    shell_word(&folder.join("scene.exr").to_string_lossy())
 }
 
 /// The program as it was called, which may not be on the `PATH`.
 fn program() -> String {
-    let called = std::env::args().next().filter(|name| !name.contains(char::is_whitespace));
-    called.unwrap_or_else(|| "afterimage".to_owned())
+    std::env::args().next().map_or_else(|| "afterimage".to_owned(), |called| shell_word(&called))
 }
 
 /// Text as it stands in HTML; what is between backticks as code.

@@ -4,6 +4,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::value::{Param, Type, Value};
 
 use super::target::{Overrides, Target};
+use crate::shell_word;
 
 /// A parameter and the values to test.
 struct Axis {
@@ -87,9 +88,7 @@ fn ends(param: &Param) -> Vec<Value> {
 pub(crate) fn arguments(overrides: &Overrides) -> String {
     let mut words = String::new();
     for (name, value) in overrides {
-        let set = format!("{name}={value}");
-        let quote = if set.contains([' ', '(', '"', '/']) { "'" } else { "" };
-        words += &format!(" --set {quote}{set}{quote}");
+        words += &format!(" --set {}", shell_word(&format!("{name}={value}")));
     }
     words
 }

@@ -182,7 +182,7 @@ impl Target {
     }
 
     /// The same, with more arguments.
-    pub(crate) fn with_words(&self, more: &str) -> Self {
+    pub fn with_words(&self, more: &str) -> Self {
         Self { words: format!("{}{more}", self.words), ..self.clone() }
     }
 
