@@ -60,7 +60,7 @@ fn a_picture_has_the_same_pixels_in_bands() {
     folder.run("render tsushima tall.exr -o none.png --gpu-memory 1M").fails_saying(1, &["may take at most 1.0 MiB"]);
 }
 
-/// What a sweep leaves is freed before the next one.
+/// Memory of a sweep is freed before the next one.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_picture_in_bands_takes_no_more_memory_than_it_may() {

@@ -7,8 +7,7 @@ use crate::support::gpu::{Picture, Run, gpu, graph};
 use crate::support::numbers::Numbers;
 use crate::support::player::Player;
 
-/// Whatever a driver does where it stores a half float: without rounding, all light is a little too dark, and white is
-/// 254 in 8 bits.
+/// A driver may round toward zero where it stores them: all light would be a little too dark, and white 254 in 8 bits.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_are_the_nearest_ones() {

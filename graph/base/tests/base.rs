@@ -38,10 +38,10 @@ fn the_aspect_of_a_size_is_its_width_over_its_height() {
 
 #[test]
 fn a_condition_says_in_words_when_it_holds() {
-    let values = || vec![Value::Choice("One"), Value::Int(2), Value::Bool(true)];
+    let values = vec![Value::Choice("One"), Value::Int(2), Value::Bool(true)];
     for (condition, words) in [
-        (When::OneOf("a".into(), values()), "`a` is One or 2 or true"),
-        (When::NoneOf("a".into(), values()), "`a` is not One or 2 or true"),
+        (When::OneOf("a".into(), values.clone()), "`a` is One or 2 or true"),
+        (When::NoneOf("a".into(), values), "`a` is not One or 2 or true"),
         (When::Wired("b".into(), true), "`b` is wired"),
         (When::Wired("b".into(), false), "`b` is not wired"),
     ] {

@@ -35,7 +35,7 @@ fn upsample_joins_levels_as_its_cpu_reference() {
     check(&nodes("spread: 1.0"), SAMPLED, |image| bloom::lerp_chain(&mips(image), 1.0, Up::Tent, 1.0));
 }
 
-/// Where the border repeats, light that is the same everywhere stays so up to the border.
+/// With a repeated border, light that is the same everywhere stays so up to the border.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_repeated_border_keeps_a_constant() {

@@ -102,8 +102,8 @@ impl NumberedFiles {
             return None;
         }
         let stand_in = self.missing.stand_in();
-        let is_of_sequence = || self.files.iter().any(|(_, files)| files.spans(frame));
-        if stand_in.is_some() && self.film_frames.is_none() && !self.files.is_empty() && !is_of_sequence() {
+        let is_filled = stand_in.is_some() && self.film_frames.is_none() && !self.files.is_empty();
+        if is_filled && !self.files.iter().any(|(_, files)| files.spans(frame)) {
             return None;
         }
         let (mut sources, mut missing) = (Vec::new(), Vec::new());

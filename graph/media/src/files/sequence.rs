@@ -64,8 +64,7 @@ impl Input {
         }
     }
 
-    /// As [`Input::find`], but another file stands for a frame that is missing. Returns the frames that are missing,
-    /// too.
+    /// As [`Input::find`], but another file stands for a frame that is missing. Returns those frames, too.
     ///
     /// # Errors
     /// As [`Input::find`]; a frame for which no file can stand is missing.
